@@ -139,9 +139,9 @@ class Lammps(ExternalEngine):
             if self.lmp is None:
                 version = ask(look)[0]
             else:  # a binary is probed on one process
-                found = Program.find(str(self.lmp), self.ranks, deadline)
-                version = found.build.version
-                program = replace(found, command=found.command[-1:])
+                binary = Program.find(str(self.lmp), self.ranks, deadline)
+                version = binary.build.version
+                program = replace(binary, command=binary.command[-1:])
             text = examined_deck(scene, self.pair_style, version)
             examined: FoundDeck = ask(examine_deck, folder, scene, text, program)
             return examined
@@ -167,10 +167,10 @@ class Lammps(ExternalEngine):
         if self.isolated:
             within = replace(self, isolated=False).peaks_alone
             with Child() as child:
-                found: tuple[FloatArray, int] = child.call(
+                peaks_and_steps: tuple[FloatArray, int] = child.call(
                     within, scene, time_limit=self.time_limit
                 )
-                return found
+                return peaks_and_steps
         simulate = self._simulate(scene, Deadline(self.time_limit))
         return verlet.peaks_alone(scene, simulate, self._steps, self.dt)
 
@@ -207,12 +207,12 @@ def run_many(
     """
     with Child() as child:
         for scene in scenes:
-            found: Result | HertzchainError
+            outcome: Result | HertzchainError
             try:
-                found = run_in(child, lammps or Lammps(), scene)
+                outcome = run_in(child, lammps or Lammps(), scene)
             except HertzchainError as problem:
-                found = problem
-            yield found
+                outcome = problem
+            yield outcome
 
 
 def run_in(child: Child, lammps: Lammps, scene: Scene, record: ArrayLike | None = None) -> Result:
@@ -235,8 +235,8 @@ class _Module:
     ) -> str:
         """Run the deck of a scene, and read the state at the given interval of steps."""
         with engine() as lammps:
-            made = deck.set_up(scene, self.pair_style, version_of(lammps))
-            command(lammps, made + state.COMMANDS)
+            start = deck.set_up(scene, self.pair_style, version_of(lammps))
+            command(lammps, start + state.COMMANDS)
             seen.begin(state.granules(lammps))
             before = None
             for number, (leg, stride) in enumerate(zip(legs, strides, strict=True)):

@@ -91,8 +91,8 @@ def find_mpiexec(lmp: str) -> str | None:
     """Return the mpiexec in the folder of a LAMMPS binary, or on the search path; None for none."""
     program = shutil.which(lmp)
     beside = None if program is None else shutil.which("mpiexec", path=Path(program).parent)
-    found = beside or shutil.which("mpiexec")
-    return None if found is None else str(Path(found).absolute())
+    mpiexec = beside or shutil.which("mpiexec")
+    return None if mpiexec is None else str(Path(mpiexec).absolute())
 
 
 def all_said(folder: Path) -> str:
@@ -209,8 +209,8 @@ class Binary:
             _refuse_dumps(readings.count_readings(legs, strides), scene.bodies, folder)
             rest = dialect.write_dump(_REST, ("x", "mass", "radius"))
             columns = _COLUMNS if scene.wall is None else (*_COLUMNS, dialect.WALL_FORCE)
-            made = deck.set_up(scene, self.pair_style, self.program.build.version)
-            lines = [made + state.COMMANDS, rest]
+            start = deck.set_up(scene, self.pair_style, self.program.build.version)
+            lines = [start + state.COMMANDS, rest]
             for k, (before, leg, stride) in enumerate(
                 zip((None, *legs[:-1]), legs, strides, strict=True)
             ):

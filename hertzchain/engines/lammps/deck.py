@@ -126,11 +126,11 @@ def granules(scene: Scene, pair_style: str) -> list[str]:
     chain = scene.chain
     if scene.is_plain:  # which may have so many granules that a list of them is too long
         kinds, radius = [_Kind(chain.young_modulus, chain.poisson_ratio)], chain.radius
-        made, law = _lattice(chain), list(PAIR_STYLES[pair_style])
+        atoms, law = _lattice(chain), list(PAIR_STYLES[pair_style])
     else:
         kinds, of_each = _kinds(scene)
         radius = float(np.min(scene.granules.radius))
-        made = _one_by_one(scene, of_each, len(kinds))
+        atoms = _one_by_one(scene, of_each, len(kinds))
         if pair_style == _ANY:
             laws = _pairs(kinds, scene, (of_each[0], of_each[1]))
             law = [*by_version(scene), f"pair_style {_ANY}", *laws]
@@ -139,7 +139,7 @@ def granules(scene: Scene, pair_style: str) -> list[str]:
     return [
         *_moduli(kinds),
         "",
-        *made,
+        *atoms,
         "",
         *law,
         "# Wide enough for the nearest neighbours, too narrow for the next.",
@@ -181,8 +181,8 @@ def _alike(scene: Scene) -> tuple[list[_Kind], list[int]]:
         return [_Kind(*material) for material in materials], numbers
     density = weighty_density(each)
     columns = each.young_modulus, each.poisson_ratio, each.radius, density
-    own = [_Kind(*row) for row in zip(*(column.tolist() for column in columns), strict=True)]
-    kinds, numbers = numbered(own)
+    of_each = [_Kind(*row) for row in zip(*(column.tolist() for column in columns), strict=True)]
+    kinds, numbers = numbered(of_each)
     if len(kinds) > MOST_MATERIALS:
         raise RunFailed(
             f"the granules are of {len(kinds)} kinds, and with viscoelastic damping a LAMMPS deck"
@@ -258,15 +258,15 @@ def _pairs(kinds: list[_Kind], scene: Scene, first: tuple[int, int]) -> list[str
         for j in range(i, len(kinds) + 1):
             k, mass = f"k{i}_{j}", f"v_m{i}*v_m{j}/(v_m{i}+v_m{j})"
             compliance = f"(1-v_nu{i}^2)/v_E{i}+(1-v_nu{j}^2)/v_E{j}"
-            plane, contact, own = "", scene.contact, "restitution"
+            plane, contact, variable = "", scene.contact, "restitution"
             if near is not None and {i, j} == set(first):
                 plane = "sqrt(2)*"
                 lines.append("# Fixed granule 1 stands for the near wall: a plane's stiffness.")
                 if contact is not None and near.own_damping:
-                    contact, own = contact.at(near), "near_wall_restitution"
+                    contact, variable = contact.at(near), "near_wall_restitution"
             lines += [
                 f"variable {k} equal {plane}4/3/({compliance})",
-                f"pair_coeff {i} {j} {_law(k, mass, contact, own)}",
+                f"pair_coeff {i} {j} {_law(k, mass, contact, variable)}",
             ]
     return lines
 
@@ -298,10 +298,10 @@ def held(scene: Scene) -> list[str]:
     lines = [f"group last id {scene.bodies}"] if loaded else []
     if scene.wall is not None:
         last = _kinds(scene)[1][-1]
-        contact, own = scene.contact, "restitution"
+        contact, variable = scene.contact, "restitution"
         if contact is not None and scene.wall.own_damping:  # by_version has its restitution
-            contact, own = contact.at(scene.wall), "wall_restitution"
-        law = _law("k_wall", f"v_m{last}", contact, own)
+            contact, variable = contact.at(scene.wall), "wall_restitution"
+        law = _law("k_wall", f"v_m{last}", contact, variable)
         lines += [
             f"variable k_wall equal {_wall(scene.wall, last)}",
             f"fix {WALL} last wall/gran granular {law} &",
@@ -310,9 +310,9 @@ def held(scene: Scene) -> list[str]:
     return [*lines, *load_commands(scene)]
 
 
-def _wall(wall: Wall, own: int) -> str:
+def _wall(wall: Wall, last: int) -> str:
     """Return 4/3 E* of the contact with the wall, from the material of the last granule."""
-    compliance = f"(1-v_nu{own}^2)/v_E{own}"
+    compliance = f"(1-v_nu{last}^2)/v_E{last}"
     if wall.kind == "rigid":
         return f"4/3/({compliance})"
     if wall.kind == "same":

@@ -47,13 +47,13 @@ class Build:
 def build_of(said: str) -> Build | None:
     """Return the build from the output of ``lmp -h``; None for any other program."""
     # "Large-scale Atomic/Molecular Massively Parallel Simulator - 29 Aug 2024 - Update 3"
-    found = re.search(r"Massively Parallel Simulator - (\d+ \w+ \d+)", said)
-    if found is None:
+    match = re.search(r"Massively Parallel Simulator - (\d+ \w+ \d+)", said)
+    if match is None:
         return None
     mpi = re.search(r"^MPI v[\d.]+: (.*)$", said, re.MULTILINE)
     library = "" if mpi is None else " ".join(mpi.group(1).split(",")[0].split())
     return Build(
-        f"{datetime.strptime(found.group(1), '%d %b %Y'):%Y%m%d}",
+        f"{datetime.strptime(match.group(1), '%d %b %Y'):%Y%m%d}",
         re.search(rf"\b{PACKAGE}\b", said) is not None,
         None if "STUBS" in library else library,
     )
@@ -218,11 +218,11 @@ def _restitutions(scene: Scene) -> dict[str, float]:
     contact = scene.contact
     if contact is None or contact.restitution is None:
         return {}
-    found = {"restitution": contact.restitution}
+    restitutions = {"restitution": contact.restitution}
     for name, wall in ("wall", scene.wall), ("near_wall", scene.near_wall):
         if wall is not None and wall.restitution is not None:
-            found[f"{name}_restitution"] = wall.restitution
-    return found
+            restitutions[f"{name}_restitution"] = wall.restitution
+    return restitutions
 
 
 def refuse_old(scene: Scene, version: str) -> None:
@@ -240,8 +240,8 @@ def by_version(scene: Scene) -> list[str]:
 
     They set the variables that ``damping_of`` names; a LAMMPS without such damping stops there.
     """
-    own = _restitutions(scene)
-    if not own:
+    restitutions = _restitutions(scene)
+    if not restitutions:
         return []
     lines, needed = [], oldest(scene)
     if needed is not None:
@@ -252,9 +252,9 @@ def by_version(scene: Scene) -> list[str]:
         ]
     newest = [
         "variable damping string coeff_restitution",
-        *(f"variable {name} string {value!r}" for name, value in own.items()),
+        *(f"variable {name} string {value!r}" for name, value in restitutions.items()),
     ]
-    asked = {name: asked_of_tsuji(value) for name, value in own.items()}
+    asked = {name: asked_of_tsuji(value) for name, value in restitutions.items()}
     if None in asked.values():
         return [*lines, *newest]
     *older, last = (f"variable {name} string {value!r}" for name, value in asked.items())

@@ -74,10 +74,10 @@ class Child:
         if answer is None:
             self._process = None
             raise _failure(*process.last_words(), who)
-        worked, found = answer
+        worked, outcome = answer
         if not worked:
-            raise found
-        return found
+            raise outcome
+        return outcome
 
     def end(self) -> None:
         """Kill the process, if there is one; a call to it from another thread fails then."""

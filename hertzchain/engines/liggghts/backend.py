@@ -92,9 +92,9 @@ class Liggghts(ProgramEngine):
         _, rest = read_frames(folder / deck.AT_REST, deck.GRANULES)
         _, frames = read_frames(folder / deck.READINGS, deck.columns_of(scene))
         # The force on the wall is opposite to that on the last granule.
-        own = len(deck.COLUMNS)
-        wall_force = None if scene.wall is None else -np.sum(frames[:, own:, -1], axis=1)
-        readings = frames[:, :own]
+        count = len(deck.COLUMNS)
+        wall_force = None if scene.wall is None else -np.sum(frames[:, count:, -1], axis=1)
+        readings = frames[:, :count]
         return Found(_version(folder / _LOG), Granules(*rest[0]), readings, wall_force)
 
 
@@ -110,5 +110,5 @@ def _version(log: Path) -> str:
     """Return the version, from the first line of a log."""
     with log.open(encoding="utf-8", errors="replace") as lines:
         first = lines.readline()
-    found = re.search(r"LIGGGHTS\S* \d\S*\d", first)
-    return found.group() if found else "unknown"
+    match = re.search(r"LIGGGHTS\S* \d\S*\d", first)
+    return match.group() if match else "unknown"

@@ -64,8 +64,8 @@ def types_of(scene: Scene) -> tuple[list[Type], list[int]]:
     types = [(material, math.nan) for material in materials]
     if scene.contact is not None and scene.contact.damping == "viscoelastic":
         masses = zip(kinds, each.mass.tolist(), strict=True)
-        own = [(materials[kind - 1], mass) for kind, mass in masses]
-        types, kinds = numbered(own)
+        pairs = [(materials[kind - 1], mass) for kind, mass in masses]
+        types, kinds = numbered(pairs)
         if len(types) > MOST_MATERIALS:
             raise RunFailed(
                 f"{len(types)} pairs of material and mass are too many for viscoelastic contacts in"
@@ -125,15 +125,15 @@ def _numbers(types: list[Type], contact: Contact | None) -> list[str]:
 def _viscoelastic(types: list[Type], tau: float) -> list[str]:
     """Yield the numbers of Hertz's law with the damping of Kuwabara and Kono."""
 
-    def reduced(one: Type, other: Type) -> float:
+    def reduced(first: Type, other: Type) -> float:
         """Return E* of two materials [Pa]."""
-        return 1 / sum((1 - poisson**2) / modulus for (modulus, poisson), _ in (one, other))
+        return 1 / sum((1 - poisson**2) / modulus for (modulus, poisson), _ in (first, other))
 
-    def stiffness(one: Type, other: Type) -> float:
-        return 4 / 3 * reduced(one, other)
+    def stiffness(first: Type, other: Type) -> float:
+        return 4 / 3 * reduced(first, other)
 
-    def damping(one: Type, other: Type) -> float:
-        return 2 * tau * reduced(one, other) * (1 / one[1] + 1 / other[1])
+    def damping(first: Type, other: Type) -> float:
+        return 2 * tau * reduced(first, other) * (1 / first[1] + 1 / other[1])
 
     return [
         *_pairs("kn", types, stiffness),
@@ -155,7 +155,7 @@ def _all_pairs(what: str, types: list[Type], value: float) -> list[str]:
 
 def _pairs(what: str, types: list[Type], value: Callable[[Type, Type], float]) -> list[str]:
     """Return the command for a property of each pair of types, a line for each first type."""
-    rows = [f"    {' '.join(repr(value(one, other)) for other in types)}" for one in types]
+    rows = [f"    {' '.join(repr(value(first, other)) for other in types)}" for first in types]
     return [
         f"fix {what} all property/global {what} peratomtypepair {len(types)} &",
         *(f"{row} &" for row in rows[:-1]),

@@ -100,8 +100,8 @@ def _granules(scene: Scene, kinds: list[int], types: int) -> list[str]:
             for kind, place in zip(kinds, position, strict=True)
         ),
         *(
-            f"set {those} diameter {2 * own!r} density {heavy!r}    # m, kg/m^3"
-            for those, (own, heavy) in named.items()
+            f"set {those} diameter {2 * sphere_radius!r} density {heavy!r}    # m, kg/m^3"
+            for those, (sphere_radius, heavy) in named.items()
         ),
     ]
 

@@ -43,12 +43,13 @@ def motion(scene: Scene, legs: Sequence[Leg], strides: Sequence[int]) -> str:
     positions, velocities, net forces)`` at the given interval of steps, and at both ends of each
     leg.
     """
-    rows = "\n".join(f"    {row}," for row in _rows(legs, strides, again=scene.contact is not None))
+    damped = scene.contact is not None
+    rows = "\n".join(f"    {row}," for row in _rows(legs, strides, damped))
     bounds, geometry, law, loads = _loops(scene)
     physics, damping = _damping(scene)
-    piston, stroke = _piston(legs, rows_each=1 if scene.contact is None else 2)
+    piston, stroke = _piston(legs, rows_each=2 if damped else 1)
     shapes = "\n".join(f'        "{k}": {shape.for_numpy("part")},' for k, shape in SHAPES.items())
-    made = _MOTION.format(
+    script = _MOTION.format(
         shapes=shapes, bounds=bounds, geometry=geometry, law=law, loads=loads,
         physics=physics, damping=damping, piston=piston, stroke=stroke,
         pushed=scene.shock.granule - 1,
@@ -64,7 +65,7 @@ import numpy as np
 legs = [
 {rows}
 ]
-{_BODIES}{made}"""
+{_BODIES}{script}"""
 
 
 def _parameters(scene: Scene) -> str:
@@ -176,10 +177,10 @@ _NO_TIME = 1e-100
 """Length of a step that moves nothing [s]; 0 makes Yade's velocities NaN (measured)."""
 
 
-def _rows(legs: Sequence[Leg], strides: Sequence[int], again: bool) -> Iterator[_Row]:
+def _rows(legs: Sequence[Leg], strides: Sequence[int], damped: bool) -> Iterator[_Row]:
     """Yield the legs of a script, each after a step of no length if forces are computed again."""
     for leg, stride in zip(legs, strides, strict=True):
-        if again:
+        if damped:
             yield 1, _NO_TIME, 1, "none", 0.0, 0.0, 0.0
         yield _row(leg, stride)
 

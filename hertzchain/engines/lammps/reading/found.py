@@ -229,13 +229,13 @@ class FoundDeck:
     remarks: tuple[str, ...]  # sentences on parts that were not queried or examined
 
 
-def scaled(found: _Found, units: Units) -> _Found:
+def scaled(numbers: _Found, units: Units) -> _Found:
     """Return a found object with every number multiplied by its unit."""
     changed: dict[str, Any] = {}
-    for name, kind in get_type_hints(type(found), include_extras=True).items():
-        value = getattr(found, name)
+    for name, kind in get_type_hints(type(numbers), include_extras=True).items():
+        value = getattr(numbers, name)
         if name in ("walls", "fixes", "runs"):
             changed[name] = tuple(scaled(part, units) for part in value)
         elif hasattr(kind, "__metadata__") and value is not None:
             changed[name] = value * getattr(units, kind.__metadata__[0])
-    return replace(found, **changed)
+    return replace(numbers, **changed)

@@ -140,11 +140,11 @@ class Replay(Playing):
     def _take(self, readings: Readings, time: FloatArray) -> None:
         lammps, granules = self.lammps, self._granules
         total = np.zeros((time.size, granules.count, 3))
-        for fix, own in by_fix(lammps, readings, granules):
+        for fix, force in by_fix(lammps, readings, granules):
             if fix.is_wall:
                 continue
-            total += own
-            self._exerted.setdefault(fix.command, _Exerted.nothing(granules.count)).update(own)
+            total += force
+            self._exerted.setdefault(fix.command, _Exerted.nothing(granules.count)).update(force)
         self._time.append(time)
         if self._leads:
             self.seen.lead(time, granules.along(readings.position)[:, [0, -1], 0])

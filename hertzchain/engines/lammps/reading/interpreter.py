@@ -61,12 +61,12 @@ class _Open:
     @functools.cached_property
     def labels(self) -> dict[str, int]:
         """Line of each label, the first one of that name."""
-        found: dict[str, int] = {}
+        labels: dict[str, int] = {}
         for k, line in enumerate(self.lines):
             words = words_of(without_comment(line.text))
             if len(words) > 1 and words[0].value == "label":
-                found.setdefault(words[1].value, k)
-        return found
+                labels.setdefault(words[1].value, k)
+        return labels
 
 
 class Interpreter:
@@ -139,8 +139,8 @@ class Interpreter:
         """Return the last command that set the variable that LAMMPS names in its error, if any."""
         named = _VARIABLE.search(said)
         words = ["variable", named[1]] if named else []
-        made = (one for one in reversed(self.commands) if one.text.split()[:2] == words)
-        return next(made, None)
+        definitions = (c for c in reversed(self.commands) if c.text.split()[:2] == words)
+        return next(definitions, None)
 
     def _read(self, name: str) -> None:
         """Carry out the commands of a file."""

@@ -104,7 +104,7 @@ def granules_of(lammps: Session) -> Granules:
     low, high = lammps.box()
     first = int(np.argmax(np.ptp(place, axis=0)))
     chosen = [first, *(k for k in range(3) if k != first)]
-    made = Granules(
+    granules = Granules(
         units=units,
         frame=np.eye(3)[chosen],
         order=np.arange(len(place)),
@@ -120,10 +120,10 @@ def granules_of(lammps: Session) -> Granules:
         boundary=" ".join(sides),
         periodic=[sides[k] == "p" for k in chosen],
     )
-    straight = _turned(made, made.frame)
+    straight = _turned(granules, granules.frame)
     if straight.is_chain or len(place) < _FEWEST:
         return straight
-    diagonal = _turned(made, _along(place))
+    diagonal = _turned(granules, _along(place))
     if not diagonal.is_chain:
         return straight
     along, ends = diagonal.frame[0], place[diagonal.order[[0, -1]]]
@@ -160,13 +160,13 @@ _PARALLEL = 1e-9  # component of a direction that is round-off (chosen)
 _FEWEST = 3  # least number of granules on a diagonal: two granules may also be misplaced
 
 
-def _turned(made: Granules, frame: FloatArray) -> Granules:
+def _turned(granules: Granules, frame: FloatArray) -> Granules:
     """Granules in LAMMPS's order and axes, in their order along the first direction of a frame."""
-    place = made.position @ frame.T
+    place = granules.position @ frame.T
     order = np.argsort(place[:, 0], kind="stable")
-    each = {name: getattr(made, name)[order] for name in ("types", "radius", "mass")}
-    vectors = {name: (getattr(made, name) @ frame.T)[order] for name in ("velocity", "spin")}
-    return replace(made, frame=frame, order=order, position=place[order], **each, **vectors)
+    each = {name: getattr(granules, name)[order] for name in ("types", "radius", "mass")}
+    vectors = {name: (getattr(granules, name) @ frame.T)[order] for name in ("velocity", "spin")}
+    return replace(granules, frame=frame, order=order, position=place[order], **each, **vectors)
 
 
 def _along(place: FloatArray) -> FloatArray:

@@ -62,7 +62,7 @@ def found_of(
     peaks = seen.peaks[int(backwards)]
     order = granules.order
     led = slice(None) if seen.driven[-1 if backwards else 0] else slice(0)
-    found = FoundDeck(
+    deck = FoundDeck(
         version=seen.version,
         commands=seen.commands,
         first_run=seen.first_run,
@@ -121,7 +121,7 @@ def found_of(
         final_velocity=sign * turned(seen.velocity),
         remarks=_remarks(seen, probes),
     )  # fmt: skip
-    return scaled(found, granules.units)
+    return scaled(deck, granules.units)
 
 
 def _axis(direction: FloatArray) -> str:
@@ -188,8 +188,8 @@ def _misfit(granules: Granules, scene: Scene, step: int) -> float:
     if granules.count != scene.chain.granules:
         return 0.0
     return sum(
-        float(np.sum(np.abs(found[::step] / np.median(found) - own / np.nanmedian(own)) > _UNLIKE))
-        for found, own in (
+        float(np.sum(np.abs(read[::step] / np.median(read) - true / np.nanmedian(true)) > _UNLIKE))
+        for read, true in (
             (granules.radius, scene.granules.radius),
             (granules.mass, np.where(np.isinf(scene.granules.mass), np.nan, scene.granules.mass)),
         )
@@ -372,10 +372,10 @@ def look(path: Path, variables: Mapping[str, str], time_limit: float) -> Look:
     not done in time [s].
     """
     with work_folder("LAMMPS") as folder, Child() as child:
-        found: Look = child.call(
+        result: Look = child.call(
             looked, Start(folder, None), path, Path.cwd(), dict(variables), time_limit=time_limit
         )
-    return found
+    return result
 
 
 # ---- In the process that runs LAMMPS

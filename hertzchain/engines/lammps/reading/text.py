@@ -49,7 +49,7 @@ def lines_of(text: str) -> list[Line]:
 
     LAMMPS looks for ``&`` before it looks for comments: a comment that ends with it goes on, too.
     """
-    found: list[Line] = []
+    lines: list[Line] = []
     pieces: list[str] = []
     quotes, start = 0, None
     for number, line in enumerate(text.split("\n"), start=1):
@@ -61,19 +61,19 @@ def lines_of(text: str) -> list[Line]:
         elif quotes % 2:
             pieces.append(f"{piece} ")  # LAMMPS takes the end of a line in quotes as a blank
         else:
-            found.append(Line("".join([*pieces, piece]), start, number))
+            lines.append(Line("".join([*pieces, piece]), start, number))
             pieces, quotes, start = [], 0, None
     if "".join(pieces).strip():
-        found.append(Line("".join(pieces), start or 1, text.count("\n") + 1))
-    return found
+        lines.append(Line("".join(pieces), start or 1, text.count("\n") + 1))
+    return lines
 
 
 def edited(text: str, name: str, edits: Edits) -> list[Line]:
     """The commands of a file with edits; what replaces a line keeps its number."""
     lines: list[Line] = []
     for line in lines_of(text):
-        own = edits.get((name, line.number))
-        lines += [line] if own is None else [replace(line, text=one) for one in own]
+        commands = edits.get((name, line.number))
+        lines += [line] if commands is None else [replace(line, text=text) for text in commands]
     return lines
 
 
@@ -111,7 +111,7 @@ def words_of(text: str) -> list[Word]:
     """The words of a command without comment; a quoted text is one word."""
     if '"' not in text and "'" not in text:
         return [Word(word, word) for word in text.split()]
-    found: list[Word] = []
+    words: list[Word] = []
     k = 0
     while k < len(text):
         if text[k].isspace():
@@ -121,13 +121,13 @@ def words_of(text: str) -> list[Word]:
         if text[k] in "\"'":
             end = after_quotes(text, k)
             width = 3 if text.startswith(_TRIPLE, k) else 1
-            found.append(Word(text[k + width : end - width], text[k:end]))
+            words.append(Word(text[k + width : end - width], text[k:end]))
         else:
             while end < len(text) and not text[end].isspace():
                 end += 1
-            found.append(Word(text[k:end], text[k:end]))
+            words.append(Word(text[k:end], text[k:end]))
         k = end
-    return found
+    return words
 
 
 _BARE = re.compile(r"[^\s\"'$&#]+")
@@ -139,7 +139,7 @@ _LETTERS = frozenset(("Lu", "Ll", "Lt", "Lo", "Mn", "Mc", "Nd"))
 
 def quoted(text: str) -> str:
     """A text as one word of a command; RunFailed if no quotes of LAMMPS can hold it."""
-    if any(not " " <= one <= "~" and unicodedata.category(one) not in _LETTERS for one in text):
+    if any(not " " <= char <= "~" and unicodedata.category(char) not in _LETTERS for char in text):
         raise RunFailed(f"{text!a} has a character that is no letter: leave it out")
     if _BARE.fullmatch(text):
         return text

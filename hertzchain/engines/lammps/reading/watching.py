@@ -117,8 +117,8 @@ class ContactWatch:
         self._missed = np.maximum(self._missed, without.max(axis=0, initial=0.0))
         if self._law.is_damped:
             felt = rate - late * growth
-            known = self._law.with_rate(force, overlap, felt, rate)
-            samples = replace(samples, contact_force=known)
+            damped_force = self._law.with_rate(force, overlap, felt, rate)
+            samples = replace(samples, contact_force=damped_force)
         if self._before is not None:
             samples = _joined(self._before, samples)
         self._before = _part(samples, slice(-1, None))
@@ -160,9 +160,9 @@ def law_of(probes: Probes, contacts: int) -> DampedLaw:
         is_damped = added[0] > _DAMPS * elastic
         if not np.any(is_damped):
             return elastic_law
-        found = np.log(added[0] / added[1]) / np.log(deep[0] / deep[2])
-        exponent = float(np.median(found[is_damped & np.isfinite(found)]))
-    exponent = next((known for known in _EXPONENTS if abs(known - exponent) < _NEAR), exponent)
+        exponents = np.log(added[0] / added[1]) / np.log(deep[0] / deep[2])
+        exponent = float(np.median(exponents[is_damped & np.isfinite(exponents)]))
+    exponent = next((power for power in _EXPONENTS if abs(power - exponent) < _NEAR), exponent)
     coefficient = np.where(is_damped, added[0] / (closing[0] * deep[0] ** exponent), 0.0)
     return DampedLaw(
         stiffness,
@@ -424,11 +424,11 @@ class Watcher(Playing):
         velocity = velocity + missing * acceleration
         pairs = granules.along(readings.of_pairs)[..., 0]
         walls = np.zeros_like(pairs)
-        for fix, own in by_fix(self.lammps, readings, granules):
+        for fix, force in by_fix(self.lammps, readings, granules):
             if fix.is_wall:
-                walls += own[..., 0]
-            known = self.seen.exerted.setdefault(fix.command, np.zeros((granules.count, 2)))
-            np.maximum(known, sizes(own), out=known)
+                walls += force[..., 0]
+            largest = self.seen.exerted.setdefault(fix.command, np.zeros((granules.count, 2)))
+            np.maximum(largest, sizes(force), out=largest)
         stray = self._contacts.take(time, late, place, velocity, acceleration, pairs, walls)
         self.seen.image_force = max(self.seen.image_force, stray)
         self.seen.position, self.seen.velocity = place[-1, :, 0], velocity[-1]
