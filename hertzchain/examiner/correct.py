@@ -390,7 +390,7 @@ class Prover:
                 after = None if whole is None else self.examined(whole)
                 if whole is None or after is None:
                     continue
-                left = [one for one in after.to_correct if one.kind in kinds]
+                left = [failed for failed in after.to_correct if failed.kind in kinds]
                 if left and len(checks) > 1 and len(left) < len(checks):  # others on that line
                     yield from self.proofs(whole, before, left, peaks)
                 elif not left and is_no_worse(before, after, peaks):
@@ -415,12 +415,12 @@ def with_findings(prover: Prover) -> DeckExamination:
             more = {} if proof is None else proof[0]
             if not more.keys() & whole.keys():
                 whole = {**whole, **more}
-    corrections, known = [], {check.kind for check in first.to_correct}
+    corrections, kinds = [], {check.kind for check in first.to_correct}
     for checks, proof, cause in zip(groups, proofs, causes, strict=True):
         # A check that fails only then belongs to the same number, such as the stiffness of the
         # wall.
         left = {check.kind for check in (proof[1].to_correct if proof else checks)}
-        later = [one for named, one in steps if named & (left - known if proof else left)]
+        later = [added for named, added in steps if named & (left - kinds if proof else left)]
         edits = {**(proof[0] if proof else {}), **(later[0] if later else {})}
         corrections.append(first.corrections_of(edits) if edits and cause is None else ())
     right = {
@@ -451,12 +451,12 @@ def with_findings(prover: Prover) -> DeckExamination:
 
 def _blamed(prover: Prover, check: DeckCheck, lines: Sequence[Correction]) -> DeckCheck:
     """Return a check with its proven command, at the line that a trial shows to be its cause."""
-    at, commands = check.place, prover.first.found.commands
+    at, commands = check.place, prover.first.contents.commands
 
     def place_of(file: str, line: int, written: str) -> Place | None:
         index = next((k for k, command in enumerate(commands) if command.written == written
                       and (command.file, command.line) == (file, line)), None)  # fmt: skip
-        return None if index is None else place_at(prover.first.found, index)
+        return None if index is None else place_at(prover.first.contents, index)
 
     changed = [line for line in lines if line.written not in line.commands]
     at_line = (at.file, at.line) if at else None
@@ -468,7 +468,7 @@ def _blamed(prover: Prover, check: DeckCheck, lines: Sequence[Correction]) -> De
         return replace(check, command="\n".join(fitting.commands), place=at)
     for changes in check.corrections:
         after = prover.known(changes)
-        checks = () if after is None or after.found.stopped else after.checks
+        checks = () if after is None or after.contents.stopped else after.checks
         each = [other.passed for other in checks if other.kind == check.kind]
         if each and all(each):
             key = next(
@@ -484,7 +484,7 @@ def _cause(checks: Sequence[DeckCheck], proofs: Sequence[Proof | None]) -> int |
     kinds = {check.kind for check in checks}
     for k, proof in enumerate(proofs):
         after = None if proof is None else proof[1]
-        if after is None or after.found.stopped:
+        if after is None or after.contents.stopped:
             continue
         if not kinds & {check.kind for check in after.to_correct}:
             return k
@@ -493,17 +493,17 @@ def _cause(checks: Sequence[DeckCheck], proofs: Sequence[Proof | None]) -> int |
 
 def is_no_worse(before: DeckExamination, after: DeckExamination, peaks: bool = True) -> bool:
     """Whether all checks that passed before still pass, and no peak is worse."""
-    if after.found.stopped and not before.found.stopped:
+    if after.contents.stopped and not before.contents.stopped:
         return False
     passed = {check.kind for check in before.checks if check.passed}
     passed -= {check.kind for check in before.to_correct}
     if any(check.kind in passed for check in after.to_correct):
         return False
-    if not peaks or before.found.stopped:
+    if not peaks or before.contents.stopped:
         return True
     count = min(before.judged.size, after.judged.size)
     both = before.judged[:count] & after.judged[:count]
-    was, now = (one.error_of_peaks(both) for one in (before, after))
+    was, now = (examination.error_of_peaks(both) for examination in (before, after))
     share, least = _WORSE
     return bool(now <= was * (1 + share) + least)
 
@@ -514,7 +514,7 @@ def _together(prover: Prover) -> tuple[Edits, list[tuple[set[str], Edits]]]:
     done = prover.first
     steps: list[tuple[set[str], Edits]] = []
     for peaks in (True, False):  # errors that make up for one another: only all of them help
-        tried, state, own = edits, done, list[tuple[set[str], Edits]]()
+        tried, state, new_steps = edits, done, list[tuple[set[str], Edits]]()
         stuck: set[str] = set()
         for _ in range(_MOST_STEPS):
             checks = next(
@@ -529,11 +529,11 @@ def _together(prover: Prover) -> tuple[Edits, list[tuple[set[str], Edits]]]:
                 stuck |= kinds
                 continue
             added = {at: lines for at, lines in proof[0].items() if tried.get(at) != lines}
-            own.append((kinds, added))
+            new_steps.append((kinds, added))
             tried, state = proof
         if peaks or is_no_worse(done, state):
             edits, done = tried, state
-            steps += own
+            steps += new_steps
         if done.passed:
             break
     return edits, steps
@@ -543,9 +543,9 @@ def combined(base: Edits, changes: Changes) -> Edits | None:
     """Return edits with further changes; None if a command that these change is gone."""
     whole = dict(base)
     for (file, line, written), lines in changes.items():
-        own = whole.get((file, line), (written,))
-        if written not in own:
+        commands = whole.get((file, line), (written,))
+        if written not in commands:
             return None
-        k = own.index(written)
-        whole[file, line] = (*own[:k], *lines, *own[k + 1 :])
+        k = commands.index(written)
+        whole[file, line] = (*commands[:k], *lines, *commands[k + 1 :])
     return whole

@@ -278,14 +278,14 @@ def groups(relative: FloatArray, room: FloatArray | float) -> list[Indices]:
     ``relative`` is the difference of each number; those of round-off, ``room``, are left out.
     """
     left = np.flatnonzero(~(np.abs(relative) <= room))
-    made: list[Indices] = []
-    while left.size and len(made) < _MOST_GROUPS - 1:
+    sets: list[Indices] = []
+    while left.size and len(sets) < _MOST_GROUPS - 1:
         order = np.nan_to_num(np.abs(relative[left]), nan=np.inf)
         first = relative[left[int(np.argmax(order))]]
         alike = np.isclose(relative[left], first, rtol=1e-2, atol=0) | ~np.isfinite(relative[left])
-        made.append(left[alike])
+        sets.append(left[alike])
         left = left[~alike]
-    return [*made, left] if left.size else made
+    return [*sets, left] if left.size else sets
 
 
 def names(indices: Indices, size: int, what: str, first: int) -> str:
@@ -337,7 +337,7 @@ class DeckExamination(ShownVerdict):
 
     scene: Scene  #: what the deck should compute
     deck: str  #: its name
-    found: FoundDeck  #: what LAMMPS found in it, in SI units
+    contents: FoundDeck  #: what LAMMPS found in it, in SI units
     checks: tuple[DeckCheck, ...]  #: the one to correct first in front; the peaks are the last
     reference: Result  #: the scene by the reference method, up to the end of the deck
     judged: NDArray[np.bool_]  #: contacts whose peaks were judged, (contacts,), a wall's the last
@@ -361,8 +361,8 @@ class DeckExamination(ShownVerdict):
     def peak_force(self) -> FloatArray:
         """Peak forces of the deck [N], shape (contacts,), NaN where it has no such contact."""
         whole = np.full(self.reference.peak_force.size, np.nan)
-        count = min(whole.size, self.found.peak_force.size)
-        whole[:count] = self.found.peak_force[:count]
+        count = min(whole.size, self.contents.peak_force.size)
+        whole[:count] = self.contents.peak_force[:count]
         return whole
 
     @property
@@ -381,7 +381,7 @@ class DeckExamination(ShownVerdict):
 
     def corrections_of(self, edits: Edits) -> tuple[Correction, ...]:
         """Edits as corrections of this deck, line by line."""
-        written = {(one.file, one.line): one.written for one in self.found.commands}
+        written = {(c.file, c.line): c.written for c in self.contents.commands}
         return tuple(
             Correction(file, line, written.get((file, line), ""), commands)
             for (file, line), commands in sorted(edits.items(), key=lambda item: item[0][1])
@@ -389,7 +389,7 @@ class DeckExamination(ShownVerdict):
 
     def error_of_peaks(self, which: NDArray[np.bool_]) -> float:
         """Largest relative difference from the reference of some contacts; infinite without one."""
-        return change_of_peaks(self.found.peak_force, self.reference.peak_force, which)
+        return change_of_peaks(self.contents.peak_force, self.reference.peak_force, which)
 
     @property
     def small(self) -> tuple[DeckCheck, ...]:
@@ -399,7 +399,7 @@ class DeckExamination(ShownVerdict):
     @property
     def left_out(self) -> tuple[Executed, ...]:
         """Commands that were not carried out, or not in full."""
-        return tuple(one for one in self.found.commands if one.why_not is not None)
+        return tuple(command for command in self.contents.commands if command.why_not is not None)
 
     def to_frame(self) -> pandas.DataFrame:
         """A table with one row for each check."""
@@ -409,7 +409,7 @@ class DeckExamination(ShownVerdict):
 
     def to_dict(self) -> dict[str, Any]:
         """Return the examination as a JSON object; null stands for a missing value."""
-        found = self.found
+        contents = self.contents
         return {
             "verdict": self.verdict,
             "deck": self.deck,
@@ -417,27 +417,27 @@ class DeckExamination(ShownVerdict):
             "checks": [check.to_dict() for check in self.checks],
             "findings": [
                 {
-                    "checks": [check.name for check in one.checks],
-                    "correction": [line.to_dict() for line in one.correction] or None,
-                    "with_others": one.with_others,
-                    "follows": one.follows,
+                    "checks": [check.name for check in finding.checks],
+                    "correction": [line.to_dict() for line in finding.correction] or None,
+                    "with_others": finding.with_others,
+                    "follows": finding.follows,
                 }
-                for one in self.findings
+                for finding in self.findings
             ],
-            "stopped": found.stopped or None,
+            "stopped": contents.stopped or None,
             "left_out": [
-                {"file": one.file, "line": one.line, "command": one.written, "why": one.why_not}
-                for one in self.left_out
+                {"file": c.file, "line": c.line, "command": c.written, "why": c.why_not}
+                for c in self.left_out
             ],
             "remarks": list(self.remarks),
-            "units": found.units,
-            "axis": found.axis,
-            "lammps": found.version,
-            "end_time_s": found.end_time,
-            "dt_s": max((run.dt for run in found.runs), default=None),
+            "units": contents.units,
+            "axis": contents.axis,
+            "lammps": contents.version,
+            "end_time_s": contents.end_time,
+            "dt_s": max((run.dt for run in contents.runs), default=None),
             "peak_force_N": or_none(self.peak_force),
             "peak_reading_error": (
-                found.peak_reading_error if math.isfinite(found.peak_reading_error) else None
+                contents.peak_reading_error if math.isfinite(contents.peak_reading_error) else None
             ),
             "judged": self.judged.tolist(),
             "reference": self.reference.numbers(),
@@ -451,10 +451,10 @@ def _edited(name: str, texts: Mapping[str, str], edits: Edits) -> str:
     rows: list[str] = []
     text = texts[name]
     for line in lines_of(text):
-        own = edits.get((name, line.number))
+        commands = edits.get((name, line.number))
         words = line.text.split()
-        if own is not None:
-            rows += own
+        if commands is not None:
+            rows += commands
         elif words[:1] == ["include"] and words[1] in changed & set(texts):
             rows.append(_edited(words[1], texts, edits).rstrip("\n"))
         else:
@@ -464,12 +464,12 @@ def _edited(name: str, texts: Mapping[str, str], edits: Edits) -> str:
 
 def by_command(checks: Iterable[DeckCheck]) -> list[list[DeckCheck]]:
     """Failed checks by the command that causes them, in their order."""
-    made: dict[object, list[DeckCheck]] = {}
+    checks_at: dict[object, list[DeckCheck]] = {}
     for check in checks:
         if not check.passed:
             at = id(check) if check.place is None else (check.place.file, check.place.line)
-            made.setdefault(at, []).append(check)
-    return list(made.values())
+            checks_at.setdefault(at, []).append(check)
+    return list(checks_at.values())
 
 
 def in_order(checks: Sequence[DeckCheck]) -> list[DeckCheck]:

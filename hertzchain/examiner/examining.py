@@ -115,33 +115,33 @@ def examine(
     ):
 
         def examined(edits: Edits, limit: float = math.inf) -> DeckExamination:
-            found = reader.read(edits, limit)
-            before = _settles(found, scene)
+            contents = reader.read(edits, limit)
+            before = _settles(contents, scene)
             if before > 0:
-                found = reader.read(edits, limit, before)
+                contents = reader.read(edits, limit, before)
             say("native: the reference method")
-            return compared(scene, str(deck), found, float(tolerance), deadline, truths, strict)
+            return compared(scene, str(deck), contents, float(tolerance), deadline, truths, strict)
 
         done, seconds = examined({}), deadline.limit - deadline.left
-        if done.to_correct and done.found.is_chain:
+        if done.to_correct and done.contents.is_chain:
             say("trying corrections")
             done = with_findings(Prover(done, examined, seconds))
-    return replace(done, texts=_texts(Path(deck), done.found))
+    return replace(done, texts=_texts(Path(deck), done.contents))
 
 
-def _settles(found: FoundDeck, scene: Scene) -> float:
+def _settles(deck: FoundDeck, scene: Scene) -> float:
     """Time that a deck runs before the run in which its shock begins, in its own unit."""
-    if found.stopped or not found.is_chain or not found.runs:
+    if deck.stopped or not deck.is_chain or not deck.runs:
         return 0.0
-    found, units = in_si(found, scene)
-    start = start_of_shock(with_loads(found, scene), scene)
-    return max(run.start for run in found.runs if run.start <= start * (1 + 1e-9)) / units.time
+    deck, units = in_si(deck, scene)
+    start = start_of_shock(with_loads(deck, scene), scene)
+    return max(run.start for run in deck.runs if run.start <= start * (1 + 1e-9)) / units.time
 
 
-def _texts(deck: Path, found: FoundDeck) -> tuple[tuple[str, str], ...]:
+def _texts(deck: Path, contents: FoundDeck) -> tuple[tuple[str, str], ...]:
     """The texts of the files of commands, without files that cannot be read any more."""
     texts = []
-    for name in dict.fromkeys(one.file for one in found.commands):
+    for name in dict.fromkeys(command.file for command in contents.commands):
         paths = (deck, deck.parent / name, Path(name))
         path = next((p for p in paths if p.is_file() and Path(name).name == p.name), None)
         if path is not None:
@@ -152,16 +152,16 @@ def _texts(deck: Path, found: FoundDeck) -> tuple[tuple[str, str], ...]:
 def compared(
     scene: Scene,
     deck: str,
-    found: FoundDeck,
+    contents: FoundDeck,
     tolerance: float,
     deadline: Deadline,
     truths: dict[float, Result] | None = None,
     strict: bool = False,
 ) -> DeckExamination:
     """The examination of a deck that LAMMPS has read; ``truths`` keeps references by their ends."""
-    if not found.is_chain:
-        return _no_chain(scene, deck, found, tolerance, deadline)
-    case, truth = case_of(scene, found, tolerance, deadline, {} if truths is None else truths)
+    if not contents.is_chain:
+        return _no_chain(scene, deck, contents, tolerance, deadline)
+    case, truth = case_of(scene, contents, tolerance, deadline, {} if truths is None else truths)
     case = replace(case, strict=strict)
     checks = in_order([with_trials(case, check) for check in all_checks(case)])
     peaks_of_deck = peaks_check(case)
@@ -171,70 +171,70 @@ def compared(
         peaks_of_deck = replace(peaks_of_deck, place=first.place)
     return DeckExamination(
         scene, deck, case.deck, (*checks, peaks_of_deck), truth, case.judged, tolerance,
-        _remarks(case), findings=tuple(Finding(tuple(one)) for one in by_command(checks)),
+        _remarks(case), findings=tuple(Finding(tuple(group)) for group in by_command(checks)),
     )  # fmt: skip
 
 
 def case_of(
     scene: Scene,
-    found: FoundDeck,
+    deck: FoundDeck,
     tolerance: float,
     deadline: Deadline,
     truths: dict[float, Result],
 ) -> tuple[Case, Result]:
     """Data that the checks of a deck share, in SI units, and the reference up to its end."""
-    found, units = in_si(found, scene)
-    found = with_loads(found, scene)
-    start = start_of_shock(found, scene)
-    end = found.end_time - start
-    if found.stopped:  # no peak is judged
+    deck, units = in_si(deck, scene)
+    deck = with_loads(deck, scene)
+    start = start_of_shock(deck, scene)
+    end = deck.end_time - start
+    if deck.stopped:  # no peak is judged
         end = min(end, scene.end_time)
     truth = truths[end] = truths.get(end) or _truth(scene, end, deadline)
-    known = truth.error_estimate
-    allowed = f"must be at least 10 times the error of the reference, {known:.1e}"
-    require(tolerance >= 10 * known, "tolerance", tolerance, allowed)
+    error = truth.error_estimate
+    allowed = f"must be at least 10 times the error of the reference, {error:.1e}"
+    require(tolerance >= 10 * error, "tolerance", tolerance, allowed)
     peaks, passed = truth.peak_force, truth.peak_passed
-    if end < scene.end_time * (1 - 1e-9) and not found.stopped:
+    if end < scene.end_time * (1 - 1e-9) and not deck.stopped:
         # A reflected wave may press a contact harder after the deck's end.
         last = truths[scene.end_time] = truths.get(scene.end_time) or _truth(
             scene, scene.end_time, deadline
         )
         passed = passed & (last.peak_force <= (1 + tolerance) * peaks)
     near = (np.maximum(peaks, 1e-3 * np.max(peaks)) / scene.granules.stiffness) ** (2 / 3)
-    twin, stretches = twin_of(scene), stretches_of(found, scene, start)
+    twin, stretches = twin_of(scene), stretches_of(deck, scene, start)
     case = Case(
-        scene, found, units, start, peaks, passed, near, laws(found, scene, near), twin,
+        scene, deck, units, start, peaks, passed, near, laws(deck, scene, near), twin,
         stretches, run_twin(twin, stretches, deadline), tolerance, deadline,
     )  # fmt: skip
     if not scene.holds:
-        case = replace(case, deck=with_held(found, case.laws, case.expected.forwards))
+        case = replace(case, deck=with_held(deck, case.laws, case.expected.forwards))
     return case, truth
 
 
-def case_of_generated(scene: Scene, found: FoundDeck, deadline: Deadline) -> Case:
+def case_of_generated(scene: Scene, deck: FoundDeck, deadline: Deadline) -> Case:
     """Data that the checks of a generated deck share before it runs: no peak is judged."""
     pushed, twin = scene.pushed, twin_of(scene)
-    if scene.piston is None and pushed < found.mass.size and constant_force(scene)[pushed] == 0:
+    if scene.piston is None and pushed < deck.mass.size and constant_force(scene)[pushed] == 0:
         # A constant force on that granule belongs to the shock.
-        constant, applied = found.constant_force.copy(), found.applied_force.copy()
+        constant, applied = deck.constant_force.copy(), deck.applied_force.copy()
         applied[:, pushed] += constant[pushed, 0]
         constant[pushed, 0] = 0.0
-        found = replace(found, constant_force=constant, applied_force=applied)
+        deck = replace(deck, constant_force=constant, applied_force=applied)
     none, size = np.zeros(twin.mass.size), twin.stiffness.size
     near = np.full(size, _MATTERS * DEPTH * float(np.min(scene.granules.radius)))
     return Case(
-        scene, found, UNITS["si"], 0.0, np.zeros(size), np.zeros(size, bool), near,
-        laws(found, scene, near), twin, stretches_of(found, scene, 0.0),
+        scene, deck, UNITS["si"], 0.0, np.zeros(size), np.zeros(size, bool), near,
+        laws(deck, scene, near), twin, stretches_of(deck, scene, 0.0),
         TwinRun(np.zeros(size), np.inf, np.inf, none, none), EXAMINED, deadline, exact=True,
     )  # fmt: skip
 
 
 def _no_chain(
-    scene: Scene, deck: str, found: FoundDeck, tolerance: float, deadline: Deadline
+    scene: Scene, deck: str, contents: FoundDeck, tolerance: float, deadline: Deadline
 ) -> DeckExamination:
     """The examination if granules do not lie in one row: nothing else is compared."""
-    size = found.radius.size
-    across = np.round(found.sideways / np.min(found.radius)).astype(np.int64)
+    size = contents.radius.size
+    across = np.round(contents.sideways / np.min(contents.radius)).astype(np.int64)
     rows, each = np.unique(across, axis=0, return_counts=True)
     kind = "do not lie in one row"
     if 1 < len(rows) <= size // 2 and np.ptp(each) == 0:
@@ -243,14 +243,14 @@ def _no_chain(
         "chain", "", None, None, None, False, True,
         f"the deck is no chain: its {size} granules {kind}",
         "other numbers and the run of what is no chain are not looked at: hertzchain lint has rules"
-        " for any deck", place(found, "granules"),
+        " for any deck", place(contents, "granules"),
     )  # fmt: skip
     peaks = DeckCheck("peaks", "N", None, None, None, False, True, "the deck was not run",
                       "it is no chain", check.place)  # fmt: skip
     truth = deadline.spend(lambda left: Native("reference", time_limit=left).run(scene))
     judged = np.zeros(truth.peak_force.size, bool)
     return DeckExamination(
-        scene, deck, found, (check, peaks), truth, judged, tolerance, (),
+        scene, deck, contents, (check, peaks), truth, judged, tolerance, (),
         findings=(Finding((check,)),),
     )  # fmt: skip
 
@@ -266,16 +266,16 @@ def _truth(scene: Scene, end: float, deadline: Deadline) -> Result:
 
 def _remarks(case: Case) -> tuple[str, ...]:
     """Sentences on parts that were not examined, and on assumptions."""
-    found, remarks = case.deck, list(case.deck.remarks)
-    if found.units == "lj":
-        one = case.units
+    deck, remarks = case.deck, list(case.deck.remarks)
+    if deck.units == "lj":
+        unit = case.units
         remarks.append(
-            f"in its lj units one length is {one.length:.6g} m, one mass {one.mass:.6g} kg and one"
-            f" time {one.time:.6g} s, by median radius, mass and stiffness: ratios are judged"
+            f"in its lj units one length is {unit.length:.6g} m, one mass {unit.mass:.6g} kg and"
+            f" one time {unit.time:.6g} s, by median radius, mass and stiffness: ratios are judged"
         )
-    if found.before + case.start > 0:
+    if deck.before + case.start > 0:
         remarks.append(
-            f"the shock begins {found.before + case.start:.6g} s after the start of the deck; its"
+            f"the shock begins {deck.before + case.start:.6g} s after the start of the deck; its"
             " numbers are those at the start of that run, and peaks count from there on"
         )
     late = int(np.count_nonzero(~case.judged))

@@ -104,10 +104,10 @@ def run_twin(twin: Twin, stretches: Iterable[Stretch], deadline: Deadline) -> Tw
     )  # fmt: skip
     walk = Walk.of(chain, np.zeros(granules), twin.velocity, twin.pushed, twin.exponent, twin.drag)
     force, backwards, forwards = np.zeros(contacts), 0.0, 0.0
-    for one in stretches:
+    for stretch in stretches:
         before = np.full((1, contacts), np.inf)
-        steps, force_at = len(one.applied) - 1, one.applied.__getitem__
-        run = states_of(walk, one.dt, steps, force_at, deadline, led=one.driven, block=_BLOCK)
+        steps, force_at, led = len(stretch.applied) - 1, stretch.applied.__getitem__, stretch.driven
+        run = states_of(walk, stretch.dt, steps, force_at, deadline, led=led, block=_BLOCK)
         for _, states in run:
             if not np.all(np.isfinite(states[:, -1])):
                 none = np.full(contacts, np.nan)
@@ -133,16 +133,16 @@ def _highest(force: FloatArray) -> FloatArray:
     return np.asarray(top)
 
 
-def change_of_peaks(found: FloatArray, expected: FloatArray, judged: NDArray[np.bool_]) -> float:
+def change_of_peaks(peaks: FloatArray, expected: FloatArray, judged: NDArray[np.bool_]) -> float:
     """Largest relative difference of the peaks that are judged; infinite without a number.
 
-    All of shape (contacts,); ``found`` may lack the contact of a wall, or have one too many.
+    All of shape (contacts,); ``peaks`` may lack the contact of a wall, or have one too many.
     """
-    size = min(found.size, expected.size)
-    found, expected, judged = found[:size], expected[:size], judged[:size]
+    size = min(peaks.size, expected.size)
+    peaks, expected, judged = peaks[:size], expected[:size], judged[:size]
     if not judged.any():
         return 0.0
-    change = np.abs(found[judged] / expected[judged] - 1)
+    change = np.abs(peaks[judged] / expected[judged] - 1)
     return float(np.max(change)) if np.all(np.isfinite(change)) else float("inf")
 
 
@@ -210,20 +210,19 @@ _LATE = 1e-8  # fraction of an overlap: uncertainty by rounding of where a force
 _QUIET = 1e-9  # of the largest force: a force below is round-off (chosen; 1e-12 is usual)
 
 
-def in_si(found: FoundDeck, scene: Scene) -> tuple[FoundDeck, Units]:
+def in_si(deck: FoundDeck, scene: Scene) -> tuple[FoundDeck, Units]:
     """Return the found deck in SI units, and the units of the deck.
 
     A deck in lj units gets those in which the median radius, mass and stiffness are the scene's:
     all other numbers are then judged as ratios.
     """
-    if found.units != "lj":
-        return found, UNITS[found.units]
+    if deck.units != "lj":
+        return deck, UNITS[deck.units]
     granules = scene.granules
-    count = min(found.radius.size, granules.radius.size)
-    pressed = found.contact_force > 0
+    count = min(deck.radius.size, granules.radius.size)
+    pressed = deck.contact_force > 0
     per_overlap = (
-        np.where(pressed, found.contact_force, np.nan)
-        / np.where(pressed, found.overlap, 1.0) ** 1.5
+        np.where(pressed, deck.contact_force, np.nan) / np.where(pressed, deck.overlap, 1.0) ** 1.5
     )
     if not pressed.any() or count < 2:
         raise RunFailed(
@@ -232,11 +231,11 @@ def in_si(found: FoundDeck, scene: Scene) -> tuple[FoundDeck, Units]:
         )
     contacts = min(per_overlap.shape[1], granules.stiffness.size)
     ratio = granules.stiffness[:contacts] / per_overlap[:, :contacts]
-    length = float(np.median(granules.radius[:count] / found.radius[:count]))
-    mass = float(np.median(granules.mass[:count] / found.mass[:count]))
+    length = float(np.median(granules.radius[:count] / deck.radius[:count]))
+    mass = float(np.median(granules.mass[:count] / deck.mass[:count]))
     force = float(np.nanmedian(ratio)) * length**1.5
     units = Units("lj", length, mass, float(np.sqrt(mass * length / force)))
-    return scaled(found, units), units
+    return scaled(deck, units), units
 
 
 @dataclass(frozen=True, eq=False)
@@ -281,44 +280,44 @@ def law_of(overlap: FloatArray, force: FloatArray, stiffness: float, near: float
     if depth.size > 1:
         at = int(np.clip(np.searchsorted(depth, near), 1, depth.size - 1))
         exponent = float(np.log(push[at] / push[at - 1]) / np.log(depth[at] / depth[at - 1]))
-    own = float(push[at] / depth[at] ** exponent)
-    return Law(own, exponent, *tries, own * near ** (exponent - 1.5) / stiffness)
+    factor = float(push[at] / depth[at] ** exponent)
+    return Law(factor, exponent, *tries, factor * near ** (exponent - 1.5) / stiffness)
 
 
-def _tries(found: FoundDeck, scene: Scene) -> list[list[FloatArray]]:
+def _tries(deck: FoundDeck, scene: Scene) -> list[list[FloatArray]]:
     """Probes of each contact of a scene that the deck has, a wall's last.
 
     They are overlaps and forces; then overlaps, speeds of approach and forces.
     """
-    count, wall = scene.bodies, far_wall(found)
+    count, wall = scene.bodies, far_wall(deck)
     columns = (
-        found.overlap, found.contact_force,
-        found.damped_overlap, found.closing, found.damped_force,
+        deck.overlap, deck.contact_force,
+        deck.damped_overlap, deck.closing, deck.damped_force,
     )  # fmt: skip
-    between = min(count - 1, found.contact_force.shape[1])
-    made = [[column[:, k] for column in columns] for k in range(between)]
+    between = min(count - 1, deck.contact_force.shape[1])
+    probes = [[column[:, k] for column in columns] for k in range(between)]
     if scene.wall is not None and wall is not None and between == count - 1:
         # A gap is not probed there.
-        made.append([np.append(np.nan, wall.overlap), np.append(np.nan, wall.force),
+        probes.append([np.append(np.nan, wall.overlap), np.append(np.nan, wall.force),
                      wall.damped_overlap, wall.closing, wall.damped_force])  # fmt: skip
-    return made
+    return probes
 
 
-def laws(found: FoundDeck, scene: Scene, near: FloatArray) -> list[Law]:
+def laws(deck: FoundDeck, scene: Scene, near: FloatArray) -> list[Law]:
     """The law of each contact of a scene that the deck has, a wall's last."""
     stiffness = scene.granules.stiffness
     return [
         law_of(overlap, force, float(stiffness[k]), float(near[k]))
-        for k, (overlap, force, *_) in enumerate(_tries(found, scene))
+        for k, (overlap, force, *_) in enumerate(_tries(deck, scene))
     ]
 
 
-def far_wall(found: FoundDeck) -> FoundWall | None:
+def far_wall(deck: FoundDeck) -> FoundWall | None:
     """The wall at the far end, if the deck has one, from where its force begins.
 
     By Hertz's law the force may begin a little before it is noticed among others.
     """
-    wall = next((wall for wall in found.walls if wall.end == "last"), None)
+    wall = next((wall for wall in deck.walls if wall.end == "last"), None)
     if wall is None:
         return None
     deep, overlap = wall.force[-2:] ** (2 / 3), wall.overlap
@@ -341,12 +340,12 @@ class Damper:
     overlap: FloatArray  # m
 
 
-def dampers(found: FoundDeck, scene: Scene) -> list[Damper]:
+def dampers(deck: FoundDeck, scene: Scene) -> list[Damper]:
     """Damping of each contact, the wall's last: force in motion less force at rest."""
     law = None if scene.contact is None else DampedLaw.of(scene)
     dampings = []
     at_rest = [DEPTHS.index(depth) for depth, _ in DAMPED]
-    for k, (_, force, *tries) in enumerate(_tries(found, scene)):
+    for k, (_, force, *tries) in enumerate(_tries(deck, scene)):
         tried = np.isfinite(tries[2]) & (tries[0] > 0)
         overlap, closing, damped = (values[tried] for values in tries)
         elastic = force[at_rest][tried]
@@ -358,63 +357,63 @@ def dampers(found: FoundDeck, scene: Scene) -> list[Damper]:
     return dampings
 
 
-def with_loads(found: FoundDeck, scene: Scene) -> FoundDeck:
+def with_loads(deck: FoundDeck, scene: Scene) -> FoundDeck:
     """Return the deck with constant forces of its formulas before and after the shock as loads.
 
     Such a force counts only if the scene has static loads, or if it keeps its value for a while.
     """
-    force, time = found.applied_force, found.applied_time
+    force, time = deck.applied_force, deck.applied_time
     if force.shape[0] < 2:
-        return found
+        return deck
     least = _QUIET * float(np.max(np.abs(force), initial=0.0))
     rests = np.abs(force - force[0]) <= least
     # Start of the load on each granule: after the last reading without it.
     since = np.max(np.where(rests, -np.inf, time[:, np.newaxis]), axis=0, initial=-np.inf)
-    stays = rests[-1] & (since < found.end_time - _STAYS * (found.end_time - time[0]))
+    stays = rests[-1] & (since < deck.end_time - _STAYS * (deck.end_time - time[0]))
     if np.any(scene.granules.constant_force):
         stays = rests[-1]
     load = np.where(stays, force[0], 0.0)
-    constant = found.constant_force + load[:, np.newaxis] * np.array([1.0, 0.0, 0.0])
-    return replace(found, applied_force=force - load, constant_force=constant)
+    constant = deck.constant_force + load[:, np.newaxis] * np.array([1.0, 0.0, 0.0])
+    return replace(deck, applied_force=force - load, constant_force=constant)
 
 
-def with_held(found: FoundDeck, made: Sequence[Law], moved: float) -> FoundDeck:
+def with_held(deck: FoundDeck, contact_laws: Sequence[Law], moved: float) -> FoundDeck:
     """Return the deck with a static load in place of a held last granule.
 
     Both are the same if the shock does not reach it: ``moved`` is its displacement in the scene
     [m].
     """
-    last = found.radius.size - 1
-    if found.integrated[last] != 0 or np.any(found.velocity[last]) or len(made) != last:
-        return found
-    overlap = found.radius[-2] + found.radius[-1] - found.position[-1] + found.position[-2]
+    last = deck.radius.size - 1
+    if deck.integrated[last] != 0 or np.any(deck.velocity[last]) or len(contact_laws) != last:
+        return deck
+    overlap = deck.radius[-2] + deck.radius[-1] - deck.position[-1] + deck.position[-2]
     if overlap <= 0 or moved > _HELD * overlap:
-        return found
-    constant, integrated = found.constant_force.copy(), found.integrated.copy()
-    constant[last, 0] = -made[-1].stiffness * overlap ** made[-1].exponent
+        return deck
+    constant, integrated = deck.constant_force.copy(), deck.integrated.copy()
+    constant[last, 0] = -contact_laws[-1].stiffness * overlap ** contact_laws[-1].exponent
     integrated[last] = 1
-    return replace(found, constant_force=constant, integrated=integrated)
+    return replace(deck, constant_force=constant, integrated=integrated)
 
 
-def start_of_shock(found: FoundDeck, scene: Scene) -> float:
+def start_of_shock(deck: FoundDeck, scene: Scene) -> float:
     """Time at which the shock begins in the deck [s]: 0, or the start of one of its runs.
 
     A deck may let the chain settle first. It is the start at which the forces agree best with those
     of the scene; without forces, the time when granules get their velocities, or granule 1 begins
     its prescribed motion.
     """
-    starts = [0.0, *(run.start for run in found.runs if run.start > 0)]
+    starts = [0.0, *(run.start for run in deck.runs if run.start > 0)]
     if not scene.ramps:
-        return _start_of_motion(found)
-    force = np.sum(found.applied_force, axis=1)
+        return _start_of_motion(deck)
+    force = np.sum(deck.applied_force, axis=1)
     acts = np.flatnonzero(np.abs(force) > _QUIET * scene.peak_force)
     if acts.size == 0:
         return 0.0
-    first = found.applied_time[acts[0]]
+    first = deck.applied_time[acts[0]]
     starts = [start for start in starts if start <= first]
 
     def misfit(start: float) -> float:
-        expected = scene.applied_force(found.applied_time - start)
+        expected = scene.applied_force(deck.applied_time - start)
         return float(np.sum((force - expected) ** 2))
 
     begun = min(starts, key=misfit)
@@ -423,8 +422,8 @@ def start_of_shock(found: FoundDeck, scene: Scene) -> float:
     for _ in range(4):
         best = float(min(tried, key=misfit))
         tried = best + (tried[1] - tried[0]) * np.linspace(-1, 1, 21)
-    exact = np.max(np.abs(force - scene.applied_force(found.applied_time - best)))
-    step = found.runs[0].dt
+    exact = np.max(np.abs(force - scene.applied_force(deck.applied_time - best)))
+    step = deck.runs[0].dt
     if abs(best / step - round(best / step)) < _WHOLE:
         best = round(best / step) * step
     if best > 0 and exact < _FITS * scene.peak_force and misfit(best) < 0.25 * misfit(begun):
@@ -432,27 +431,27 @@ def start_of_shock(found: FoundDeck, scene: Scene) -> float:
     return begun
 
 
-def _start_of_motion(found: FoundDeck) -> float:
+def _start_of_motion(deck: FoundDeck) -> float:
     """Time at which granules of a deck without a pushing force begin to move [s]."""
-    if found.driven_time.size:
-        return float(found.driven_time[0])
-    given = [k for k, one in enumerate(found.commands) if one.text.split()[0] == "velocity"]
-    if np.any(found.velocity) or not given:
+    if deck.driven_time.size:
+        return float(deck.driven_time[0])
+    given = [k for k, command in enumerate(deck.commands) if command.text.split()[0] == "velocity"]
+    if np.any(deck.velocity) or not given:
         return 0.0
-    return next((run.start for run in found.runs if run.command > given[-1]), 0.0)
+    return next((run.start for run in deck.runs if run.command > given[-1]), 0.0)
 
 
-def readings_of_runs(found: FoundDeck) -> list[tuple[FloatArray, FloatArray]]:
+def readings_of_runs(deck: FoundDeck) -> list[tuple[FloatArray, FloatArray]]:
     """Times [s] and applied forces [N] of each run; two readings where one follows another."""
-    time, force = found.applied_time, found.applied_force
+    time, force = deck.applied_time, deck.applied_force
     pieces, first = [], 0
-    for k, run in enumerate(found.runs):
+    for k, run in enumerate(deck.runs):
         end, room = run.start + run.steps * run.dt, 1e-6 * run.dt + 1e-12 * abs(run.start)
         last = first
         while last < time.size and time[last] <= end + room:
             last += 1
             reached = last < time.size and abs(time[last - 1] - end) <= room
-            if reached and k + 1 < len(found.runs) and abs(time[last] - end) <= room:
+            if reached and k + 1 < len(deck.runs) and abs(time[last] - end) <= room:
                 break  # the next reading is the first one of the next run
         pieces.append((time[first:last], force[first:last]))
         first = last
@@ -460,7 +459,7 @@ def readings_of_runs(found: FoundDeck) -> list[tuple[FloatArray, FloatArray]]:
 
 
 def stretches_of(
-    found: FoundDeck,
+    deck: FoundDeck,
     scene: Scene,
     start: float,
     pushed: NDArray[np.intp] | None = None,
@@ -471,9 +470,9 @@ def stretches_of(
     With ``use_driven`` granule 1 has its prescribed motion of the deck.
     """
     stretches = []
-    for run, (at, force) in zip(found.runs, readings_of_runs(found), strict=True):
+    for run, (at, force) in zip(deck.runs, readings_of_runs(deck), strict=True):
         steps = run.steps
-        if found.stopped:  # no peak is judged, and the run may be of any length
+        if deck.stopped:  # no peak is judged, and the run may be of any length
             steps = min(steps, max(0, math.ceil((start + scene.end_time - run.start) / run.dt)))
         time = np.asarray(run.start - start + run.dt * np.arange(steps + 1), np.float64)
         if pushed is None:  # a sum of steps may end before a corner by a rounding error
@@ -484,7 +483,7 @@ def stretches_of(
                 applied[:, column] = np.interp(time, at - start, force[:, granule])
         driven = np.zeros(0)
         if use_driven:
-            driven = np.interp(time + start, found.driven_time, found.driven_displacement)
+            driven = np.interp(time + start, deck.driven_time, deck.driven_displacement)
         elif scene.piston is not None:
             driven = displacement(scene.piston, time)
         stretches.append(Stretch(run.dt, applied, driven))
@@ -503,12 +502,12 @@ def displacement(piston: Piston, time: FloatArray) -> FloatArray:
 QUIET = 1e-7  # of a contact force: forces below are round-off (chosen)
 
 
-def damping_of(found: FoundDeck, scene: Scene) -> dict[str, Any]:
+def damping_of(deck: FoundDeck, scene: Scene) -> dict[str, Any]:
     """Numbers of a twin with the damping of the deck: c overlap^q d' from the largest tries."""
     # Round-off has no exponent.
     each = [
-        replace(one, added=np.where(np.abs(one.added) > QUIET * one.elastic, one.added, 0.0))
-        for one in dampers(found, scene)
+        replace(d, added=np.where(np.abs(d.added) > QUIET * d.elastic, d.added, 0.0))
+        for d in dampers(deck, scene)
     ]
     twin = twin_of(scene)
     power = _power_of(each, 0.5 if scene.contact is None else twin.damping_exponent)

@@ -86,32 +86,32 @@ class Place:
         return f"{self.file}:{self.line}"
 
 
-def is_of(found: FoundDeck, index: int, role: str) -> bool:
+def is_of(deck: FoundDeck, index: int, role: str) -> bool:
     """Whether a command can set a number of a role."""
-    text = f"{found.commands[index].text} "
+    text = f"{deck.commands[index].text} "
     return any(re.match(rf"\s*(?:{pattern})", text) for pattern in ROLES[role])
 
 
-def commands_of(found: FoundDeck, role: str) -> list[int]:
+def commands_of(deck: FoundDeck, role: str) -> list[int]:
     """Return the carried-out commands that can set a number of a role."""
-    commands = enumerate(found.commands)
-    return [k for k, one in commands if one.carried_out and is_of(found, k, role)]
+    commands = enumerate(deck.commands)
+    return [k for k, command in commands if command.carried_out and is_of(deck, k, role)]
 
 
-def place(found: FoundDeck, role: str, at: int | None = None) -> Place | None:
+def place(deck: FoundDeck, role: str, at: int | None = None) -> Place | None:
     """Return the last line that can set a number of a role, or that of a command, if it is known.
 
     For a missing command it is that of the first run; None if there is none either.
     """
-    commands, mains = found.commands, commands_of(found, role)
+    commands, mains = deck.commands, commands_of(deck, role)
     # In styles of the family gran, pair_coeff * * has no numbers.
     full = [index for index in mains if commands[index].text.split()[1:] != ["*", "*"]] or mains
-    candidates = [at] if at is not None else full or commands_of(found, "run")
-    return place_at(found, candidates[-1]) if candidates else None
+    candidates = [at] if at is not None else full or commands_of(deck, "run")
+    return place_at(deck, candidates[-1]) if candidates else None
 
 
 def with_numbers(
-    found: FoundDeck, role: str, stands: Pairs, at: int | None = None
+    deck: FoundDeck, role: str, stands: Pairs, at: int | None = None
 ) -> list[tuple[Place, str]]:
     """Return lines with a wrong number, the most likely first, and the right commands for them.
 
@@ -120,38 +120,38 @@ def with_numbers(
     variables stand in its place where no variable has the number, except in a loop.
     """
     fitting: dict[tuple[str, int], tuple[Place, str]] = {}
-    commands = found.commands
-    mains = [*([] if at is None else [at]), *reversed(commands_of(found, role))] if stands else []
+    commands = deck.commands
+    mains = [*([] if at is None else [at]), *reversed(commands_of(deck, role))] if stands else []
     for index in dict.fromkeys(mains):
-        once = [(one.file, one.line) for one in commands].count(
+        once = [(command.file, command.line) for command in commands].count(
             (commands[index].file, commands[index].line)
         )
         texts = [(k, commands[k].written) for k in (index, *variables_of(commands, index))]
         texts += [(index, commands[index].text)] if once == 1 else []
         for k, text in texts:
-            where, right = place_at(found, k), with_number(text.strip(), stands)
+            where, right = place_at(deck, k), with_number(text.strip(), stands)
             if right is not None:
                 fitting.setdefault((where.file, where.line), (where, right))
     return [*fitting.values()]
 
 
-def formula_of(found: FoundDeck, where: Place) -> Place:
+def formula_of(deck: FoundDeck, where: Place) -> Place:
     """Return the variable at a place that makes a force change in time; else the place itself."""
-    for at in reversed(variables_of(found.commands, where.index)):
-        if _IN_TIME.search(found.commands[at].written):
-            return place_at(found, at)
+    for at in reversed(variables_of(deck.commands, where.index)):
+        if _IN_TIME.search(deck.commands[at].written):
+            return place_at(deck, at)
     return where
 
 
-def changes_in_time(found: FoundDeck, index: int) -> bool:
+def changes_in_time(deck: FoundDeck, index: int) -> bool:
     """Whether a command has a variable that changes in time."""
-    return formula_of(found, place_at(found, index)).index != index
+    return formula_of(deck, place_at(deck, index)).index != index
 
 
-def place_at(found: FoundDeck, index: int) -> Place:
+def place_at(deck: FoundDeck, index: int) -> Place:
     """The line of a command."""
-    one = found.commands[index]
-    return Place(one.file, one.line, one.written.strip(), index)
+    command = deck.commands[index]
+    return Place(command.file, command.line, command.written.strip(), index)
 
 
 def key_of(command: Place | Executed) -> tuple[str, int, str]:
@@ -161,7 +161,7 @@ def key_of(command: Place | Executed) -> tuple[str, int, str]:
 
 def variables_of(commands: Sequence[Executed], index: int) -> list[int]:
     """Return commands that define the variables of a command, directly or through others."""
-    found: list[int] = []
+    definitions: list[int] = []
     wanted, seen = _names(commands[index].written), set[str]()
     while wanted:
         name = wanted.pop()
@@ -171,16 +171,16 @@ def variables_of(commands: Sequence[Executed], index: int) -> list[int]:
         definition = re.compile(rf"\s*variable\s+{re.escape(name)}\s")
         for at in range(len(commands) - 1, -1, -1):
             if commands[at].carried_out and definition.match(commands[at].written):
-                found.append(at)
+                definitions.append(at)
                 wanted |= _names(commands[at].written)
                 break
-    return found
+    return definitions
 
 
 def _names(text: str) -> set[str]:
     """Names of the variables that a command uses."""
-    found = re.findall(r"\$\{(\w+)\}|\$(\w)(?!\w)|\bv_(\w+)", text)
-    return {next(name for name in names if name) for names in found}
+    matches = re.findall(r"\$\{(\w+)\}|\$(\w)(?!\w)|\bv_(\w+)", text)
+    return {next(name for name in names if name) for names in matches}
 
 
 def with_number(text: str, stands: Pairs) -> str | None:

@@ -26,31 +26,31 @@ def in_text(value: float) -> str:
 # ---- Names of the deck, or new ones
 
 
-def _unused(found: FoundDeck, kind: str, name: str) -> str:
+def _unused(deck: FoundDeck, kind: str, name: str) -> str:
     """Return a name that no command of a kind uses: this one, or with a number added."""
-    taken, new, number = {"all", *(words[1] for words in _made(found, kind))}, name, 2
+    taken, new, number = {"all", *(words[1] for words in _made(deck, kind))}, name, 2
     while new in taken:
         new, number = f"{name}_{number}", number + 1
     return new
 
 
-def _made(found: FoundDeck, kind: str) -> list[list[str]]:
+def _made(deck: FoundDeck, kind: str) -> list[list[str]]:
     """The words of the commands of a kind that were carried out."""
-    lines = [one.text.split() for one in found.commands if one.carried_out]
+    lines = [command.text.split() for command in deck.commands if command.carried_out]
     return [words for words in lines if words[:1] == [kind] and len(words) > 1]
 
 
-def _on_granule(found: FoundDeck, granule: int, command: str) -> list[str]:
+def _on_granule(deck: FoundDeck, granule: int, command: str) -> list[str]:
     """Return a command for a single granule, in which ``{group}`` stands for its group.
 
     It is a group of the deck; if there is none, the command that makes one is added before.
     """
-    groups = [words[1:] for words in _made(found, "group")]
-    names, alone = [name for name, *_ in groups], ["id", str(int(found.ids[granule]))]
+    groups = [words[1:] for words in _made(deck, "group")]
+    names, alone = [name for name, *_ in groups], ["id", str(int(deck.ids[granule]))]
     for name, *rest in groups:
         if rest == alone and names.count(name) == 1:
             return [command.replace("{group}", name)]
-    new = _unused(found, "group", f"granule{granule + 1}")
+    new = _unused(deck, "group", f"granule{granule + 1}")
     return [f"group {new} {' '.join(alone)}", command.replace("{group}", new)]
 
 
@@ -72,15 +72,15 @@ def vector(case: Case, value: str) -> str:
 
 def _each(case: Case, keyword: Callable[[float], str], values: FloatArray) -> list[str]:
     """Commands ``set`` that give each granule its number."""
-    found = case.deck
-    if values.size != found.ids.size:
+    deck = case.deck
+    if values.size != deck.ids.size:
         return []
     if np.ptp(values) == 0:
         return [f"set group all {keyword(values[0])}"]
-    of_types = {int(kind): values[found.types == kind] for kind in found.types}
-    if all(np.ptp(own) == 0 for own in of_types.values()):
-        return [f"set type {kind} {keyword(own[0])}" for kind, own in sorted(of_types.items())]
-    lines = [f"set atom {int(k)} {keyword(v)}" for k, v in zip(found.ids, values, strict=True)]
+    of_types = {int(kind): values[deck.types == kind] for kind in deck.types}
+    if all(np.ptp(part) == 0 for part in of_types.values()):
+        return [f"set type {kind} {keyword(part[0])}" for kind, part in sorted(of_types.items())]
+    lines = [f"set atom {int(k)} {keyword(v)}" for k, v in zip(deck.ids, values, strict=True)]
     return lines if len(lines) <= _MOST_LINES else []
 
 
@@ -96,13 +96,13 @@ def granule_commands(case: Case) -> list[str]:
 
 def place_commands(case: Case) -> list[str] | None:
     """Return commands for all centres of the scene, from granule 1 on; None for too many."""
-    found, place = case.deck, case.scene.granules.position
-    if place.size != found.ids.size or place.size > _MOST_LINES:
+    deck, place = case.deck, case.scene.granules.position
+    if place.size != deck.ids.size or place.size > _MOST_LINES:
         return None
-    where = (found.origin + np.outer(place, found.direction)) / case.units.length
+    where = (deck.origin + np.outer(place, deck.direction)) / case.units.length
     return [
         f"set atom {int(k)} x {x:.17g} y {y:.17g} z {z:.17g}"
-        for k, (x, y, z) in zip(found.ids, where.tolist(), strict=True)
+        for k, (x, y, z) in zip(deck.ids, where.tolist(), strict=True)
     ]
 
 
@@ -143,16 +143,16 @@ _NO_FRICTION = "tangential linear_nohistory 0.0 0.0"
 
 def law_commands(case: Case) -> list[str] | None:
     """Return style and coefficients of the scene's contacts; None if types do not allow them."""
-    found, granules = case.deck, case.scene.granules
-    count = min(found.types.size, granules.mass.size)
+    deck, granules = case.deck, case.scene.granules
+    count = min(deck.types.size, granules.mass.size)
     between = granules.mass.size - 1
     coefficients: dict[tuple[int, int], tuple[float, str, str]] = {}
     for k in range(min(between, count - 1)):
-        low, high = sorted((int(found.types[k]), int(found.types[k + 1])))
+        low, high = sorted((int(deck.types[k]), int(deck.types[k + 1])))
         normal = 4 / 3 * case.reduced_modulus(k) / case.units.pressure
-        eta, words = damping_words(case, k, found.version)
-        known = coefficients.setdefault((low, high), (normal, eta, words))
-        if abs(known[0] / normal - 1) > _ALIKE or known[1:] != (eta, words):
+        eta, words = damping_words(case, k, deck.version)
+        first = coefficients.setdefault((low, high), (normal, eta, words))
+        if abs(first[0] / normal - 1) > _ALIKE or first[1:] != (eta, words):
             return None
     if not coefficients:
         return None
@@ -174,65 +174,65 @@ def law_commands(case: Case) -> list[str] | None:
 
 def wall_plane(case: Case) -> float:
     """Return the place of the scene's wall along an axis of a deck, in the deck's units."""
-    granules, found = case.scene.granules, case.deck
-    k = "xyz".index(found.axis)
+    granules, deck = case.scene.granules, case.deck
+    k = "xyz".index(deck.axis)
     far = float(granules.position[-1] + granules.radius[-1] + case.twin.opening[-1])
-    return round(float(found.origin[k] + found.direction[k] * far) / case.units.length, 15)
+    return round(float(deck.origin[k] + deck.direction[k] * far) / case.units.length, 15)
 
 
 def wall_commands(case: Case) -> list[str] | None:
     """Return the wall of the scene as a fix; None without a wall, or along a diagonal."""
-    scene, found, unit = case.scene, case.deck, case.units
-    if scene.wall is None or found.axis not in "xyz":
+    scene, deck, unit = case.scene, case.deck, case.units
+    if scene.wall is None or deck.axis not in "xyz":
         return None
-    k = "xyz".index(found.axis)
+    k = "xyz".index(deck.axis)
     where = f"{wall_plane(case):.15g}"
-    side = f"NULL {where}" if found.direction[k] > 0 else f"{where} NULL"
+    side = f"NULL {where}" if deck.direction[k] > 0 else f"{where} NULL"
     normal = in_text(4 / 3 * case.reduced_modulus(case.near.size - 1) / unit.pressure)
-    eta, words = damping_words(case, case.near.size - 1, found.version)
+    eta, words = damping_words(case, case.near.size - 1, deck.version)
     if scene.contact is None:  # a wall without damping needs a number for it in some versions
         eta, words = "1e-300", " damping velocity"
-    name = _unused(found, "fix", "wall")
+    name = _unused(deck, "fix", "wall")
     law = f"hertz {normal} {eta} {_NO_FRICTION}{words}"
-    return [f"fix {name} all wall/gran granular {law} {found.axis}plane {side}"]
+    return [f"fix {name} all wall/gran granular {law} {deck.axis}plane {side}"]
 
 
 def load_commands(case: Case) -> list[str]:
     """Gravity and precompression of a scene."""
-    pressed, found, unit = case.scene.precompression, case.deck, case.units
+    pressed, deck, unit = case.scene.precompression, case.deck, case.units
     if pressed is None:
         return []
     commands = []
     if pressed.gravity:
         size = in_text(pressed.gravity / (unit.length / unit.time**2))
-        name = _unused(found, "fix", "gravity")
+        name = _unused(deck, "fix", "gravity")
         commands.append(f"fix {name} all gravity {size} vector {vector(case, '1')}")
     if pressed.force:
         size = in_text(pressed.force / unit.force)
         ends = [(case.scene.shock.loaded_granule, size)]
         if not case.scene.wall and not case.scene.holds:
-            ends.append((found.ids.size - 1, f"-{size}"))
+            ends.append((deck.ids.size - 1, f"-{size}"))
         for granule, value in ends:
-            name = _unused(found, "fix", f"load{granule + 1}")
+            name = _unused(deck, "fix", f"load{granule + 1}")
             load = f"fix {name} {{group}} addforce {vector(case, value)}"
-            commands += _on_granule(found, granule, load)
+            commands += _on_granule(deck, granule, load)
     return commands
 
 
 def motion_commands(case: Case) -> list[str]:
     """Return velocity Verlet of all granules except fixed ones and those that a fix leads."""
-    found, commands = case.deck, []
-    name = _unused(found, "fix", "motion")
-    led = [found.commands[fix.command] for fix in found.fixes if fix.style == "move"]
-    groups = [*dict.fromkeys(one.text.split()[2] for one in led)]
+    deck, commands = case.deck, []
+    name = _unused(deck, "fix", "motion")
+    led = [deck.commands[fix.command] for fix in deck.fixes if fix.style == "move"]
+    groups = [*dict.fromkeys(command.text.split()[2] for command in led)]
     if case.scene.holds:
-        groups.append(_unused(found, "group", "fixed"))
+        groups.append(_unused(deck, "group", "fixed"))
         fixed = case.scene.granules.fixed
-        numbers = " ".join(map(str, found.ids[fixed[fixed < found.ids.size]].tolist()))
+        numbers = " ".join(map(str, deck.ids[fixed[fixed < deck.ids.size]].tolist()))
         commands = [f"group {groups[-1]} id {numbers}"]
     if not groups:
         return [f"fix {name} all nve"]
-    others = _unused(found, "group", "others")
+    others = _unused(deck, "group", "others")
     subtracted = f"group {others} subtract all {' '.join(groups)}"
     return [*commands, subtracted, f"fix {name} {others} nve"]
 
@@ -293,11 +293,11 @@ def _formula(case: Case) -> str | None:
 
 def _variable(case: Case) -> str:
     """Return the name of the variable of a deck's shock, or else an unused name."""
-    found = case.deck
-    along = 4 + "xyz".index(found.axis)
-    made = [words[1] for words in _made(found, "variable")]
-    for words in reversed(_made(found, "fix")):
+    deck = case.deck
+    along = 4 + "xyz".index(deck.axis)
+    names = [words[1] for words in _made(deck, "variable")]
+    for words in reversed(_made(deck, "fix")):
         name = "".join(words[along : along + 1]).removeprefix("v_")
-        if words[3:4] == ["addforce"] and name in made:
+        if words[3:4] == ["addforce"] and name in names:
             return name
-    return _unused(found, "variable", "F")
+    return _unused(deck, "variable", "F")

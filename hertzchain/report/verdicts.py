@@ -252,7 +252,7 @@ _ROUND_OFF = 1e-9  # relative change of peaks that is round-off (chosen)
 
 def of_examination(examination: DeckExamination) -> Document:
     """Return the document of an examination of a user's deck."""
-    native, tolerance, deck = examination.reference, examination.tolerance, examination.found
+    native, tolerance, deck = examination.reference, examination.tolerance, examination.contents
     to_correct, small = examination.to_correct, examination.small
     compared = len(examination.checks)
     if examination.passed:
@@ -305,7 +305,7 @@ def of_examination(examination: DeckExamination) -> Document:
 
 def _about(examination: DeckExamination) -> str:
     """Return words for units and axis of a deck."""
-    deck = examination.found
+    deck = examination.contents
     end = ", shocked at its upper end" if deck.reversed else ""
     return f"{examination.deck}: units {deck.units}, the chain lies along {deck.axis}{end}"
 

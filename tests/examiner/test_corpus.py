@@ -35,7 +35,7 @@ def test_right_decks(name: str, tmp_path: Path) -> None:
     assert examined.verdict == "pass"
     # Another integrator, another reading of peaks; their steps are short.
     reference = hc.Native("reference").run(examined.scene).peak_force[examined.judged]
-    ours = examined.found.peak_force[: examined.judged.size][examined.judged]
+    ours = examined.contents.peak_force[: examined.judged.size][examined.judged]
     assert np.max(np.abs(ours / reference - 1)) < 2e-4  # 7.9e-5 measured
 
 

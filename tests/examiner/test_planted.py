@@ -89,7 +89,7 @@ def nothing_is_worse(before: hc.DeckExamination, after: hc.DeckExamination) -> N
     both = before.judged & after.judged
     was, now = before.error_of_peaks(both), after.error_of_peaks(both)
     share, least = WORSE
-    assert before.found.stopped or now <= was * (1 + share) + least
+    assert before.contents.stopped or now <= was * (1 + share) + least
 
 
 def marks(name: str) -> list[pytest.MarkDecorator]:
@@ -109,7 +109,7 @@ def test_a_mistake_is_found_and_corrected(name: str, tmp_path: Path) -> None:
         assert lenient.passed
         assert any(check.name.startswith(mistake.check) for check in lenient.small)
     examined = hc.examine(scene_of(mistake.deck), path, progress=said.append, strict=strict)
-    assert ("trying corrections" in said) == examined.found.is_chain
+    assert ("trying corrections" in said) == examined.contents.is_chain
     assert examined.verdict == "fail"
     is_found(examined, mistake)
     is_reported(examined)
@@ -155,4 +155,4 @@ def test_rows_are_no_chain(tmp_path: Path) -> None:
     (check,) = examined.to_correct
     assert check.sentence == "the deck is no chain: its 80 granules lie in 4 rows of 20, not in one"
     assert check.place.line == 10
-    assert examined.found.runs == ()
+    assert examined.contents.runs == ()

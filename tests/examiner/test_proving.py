@@ -46,7 +46,7 @@ class Deck:
         self.checks, self.outcome = checks, outcome
         self.tried: list[Edits] = []
         commands = tuple(Executed(t, "in.made", k, t) for k, t in enumerate(LINES, start=1))
-        self.found = changed(right, commands=commands)
+        self.contents = changed(right, commands=commands)
 
     def __call__(self, edits: Edits, limit: float = math.inf) -> hc.DeckExamination:
         """The examination of the deck with edits."""
@@ -65,9 +65,9 @@ class Deck:
         peaks = replace(self.done.checks[-1], passed=error < 1e-3)
         stopped = "granules left the box" if "stops" in now else ""
         found = changed(
-            self.found, peak_force=self.done.reference.peak_force * (1 + error), stopped=stopped
+            self.contents, peak_force=self.done.reference.peak_force * (1 + error), stopped=stopped
         )
-        return replace(self.done, checks=(*checks, peaks), found=found)
+        return replace(self.done, checks=(*checks, peaks), contents=found)
 
     def proven(self) -> hc.DeckExamination:
         """The examination of the deck as it is, with its proven corrections."""
@@ -228,7 +228,7 @@ def test_no_worse(scene: hc.Scene, right: FoundDeck) -> None:
     def of(*names: str, error: float = 0.1, stopped: str = "") -> hc.DeckExamination:
         checks = [failed("mass", 2), failed("law", 3)]
         one = Deck(scene, right, checks, lambda _: (names, error))({})
-        return replace(one, found=changed(one.found, stopped=stopped))
+        return replace(one, contents=changed(one.contents, stopped=stopped))
 
     both, dead = of("mass", "law"), of("mass", "law", stopped="lost atoms")
     assert correct.is_no_worse(both, of("law"))
@@ -237,8 +237,8 @@ def test_no_worse(scene: hc.Scene, right: FoundDeck) -> None:
     assert not correct.is_no_worse(both, of("law", error=0.2))
     assert correct.is_no_worse(both, of("law", error=0.2), peaks=False)
     judged, late = np.arange(19) < 18, of("law")
-    peaks = np.where(judged, 1.0, 2.0) * late.found.peak_force
-    late = replace(late, found=changed(late.found, peak_force=peaks), judged=judged)
+    peaks = np.where(judged, 1.0, 2.0) * late.contents.peak_force
+    late = replace(late, contents=changed(late.contents, peak_force=peaks), judged=judged)
     assert correct.is_no_worse(both, late)  # one judges the last contact, the other does not
     assert correct.is_no_worse(dead, of("law", error=0.2))
     assert correct.is_no_worse(dead, of("law", stopped="lost atoms"))

@@ -168,7 +168,7 @@ def test_an_examination_prints_the_lines_to_correct(
     heading = "\nPeak force of each contact [N]: of the deck, and by the reference method\n"
     assert heading in str(examination)
     assert "in to_frame()" not in repr(examination)  # which has its checks
-    stopped = replace(examination, found=replace(examination.found, stopped="in.chain:9"))
+    stopped = replace(examination, contents=replace(examination.contents, stopped="in.chain:9"))
     more = len(of_examination(stopped).findings) - len(of_examination(examination).findings)
     assert more == 1
 

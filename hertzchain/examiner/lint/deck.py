@@ -66,23 +66,23 @@ def script_of(
     stopped: bool = True,
 ) -> list[Command]:
     """The commands of a deck: those carried out, and the text behind them if LAMMPS stopped."""
-    found: list[Command] = []
+    commands: list[Command] = []
     line = 0
     for index, done in enumerate(carried_out):
-        own = Path(done.file) == path
-        line = done.line if own else line
-        inside = "" if own else f"{Path(done.file).name}:{done.line}"
+        in_deck = Path(done.file) == path
+        line = done.line if in_deck else line
+        inside = "" if in_deck else f"{Path(done.file).name}:{done.line}"
         words = _split(done.text)
         raw = _split(done.written)
         raw = raw if raw[:1] == words[:1] else words  # of an if, or run every
         if words:
-            found.append(Command(len(found), line, inside, words, raw, index))
+            commands.append(Command(len(commands), line, inside, words, raw, index))
     if stopped:
-        for one in lines_of(in_ascii(text)):
-            words = _split(without_comment(one.text))
-            if words and one.number > line:
-                found.append(Command(len(found), one.number, "", words, words))
-    return found
+        for written_line in lines_of(in_ascii(text)):
+            words = _split(without_comment(written_line.text))
+            if words and written_line.number > line:
+                commands.append(Command(len(commands), written_line.number, "", words, words))
+    return commands
 
 
 def _split(text: str) -> tuple[str, ...]:
@@ -91,14 +91,14 @@ def _split(text: str) -> tuple[str, ...]:
 
 def _closed_up(line: str) -> str:
     """Return a line without blanks in ``$(...)``, which LAMMPS evaluates before it splits words."""
-    found, k = "", 0
+    text, k = "", 0
     while (start := line.find("$(", k)) >= 0:
         end = closed(line, start + 1)
         if end is None:
             break
-        found += line[k:start] + "".join(line[start:end].split())
+        text += line[k:start] + "".join(line[start:end].split())
         k = end
-    return found + line[k:]
+    return text + line[k:]
 
 
 # ---- A deck
@@ -173,8 +173,8 @@ class Deck:
 
     def fixes(self, *styles: str) -> list[Command]:
         """The fixes of these styles, or all."""
-        found = [fix for fix in self.named("fix") if len(fix.words) > 3]
-        return [fix for fix in found if not styles or fix.words[3] in styles]
+        fixes = [fix for fix in self.named("fix") if len(fix.words) > 3]
+        return [fix for fix in fixes if not styles or fix.words[3] in styles]
 
     def carried_out(self, index: int | None) -> Command | None:
         """The command with an index among those that LAMMPS carried out."""
@@ -184,10 +184,10 @@ class Deck:
     def unread(self) -> list[Command]:
         """Commands that read other commands, which are not known."""
         last = None if self.look is None or not self.look.stopped else len(self.look.commands) - 1
-        found = [c for c in self.named("include") if c.index is None or c.index == last]
+        readers = [c for c in self.named("include") if c.index is None or c.index == last]
         if self.look is None or self.look.stopped:
-            found += [jump for jump in self.named("jump") if jump.word(1) != "SELF"]
-        return [*found, *self.named("read_restart")]
+            readers += [jump for jump in self.named("jump") if jump.word(1) != "SELF"]
+        return [*readers, *self.named("read_restart")]
 
     @cached_property
     def is_partial(self) -> bool:
@@ -231,16 +231,16 @@ class Deck:
     @cached_property
     def laws(self) -> list[Law]:
         """The contact laws between granules, and those of granular walls."""
-        found: list[Law] = []
+        laws: list[Law] = []
         style = self.contact_style
         if style[:1] and style[0] in CLASSIC and len(style) > 3 and self.pair_style is not None:
-            found.append(Law(self.pair_style, style[0], (style[1], style[3])))
+            laws.append(Law(self.pair_style, style[0], (style[1], style[3])))
         elif self.is_granular:
             for command in self.named("pair_coeff"):
                 rest = command.words[3:]
-                found += _law(command, rest[1:] if rest[:1] == ("granular",) else rest)
+                laws += _law(command, rest[1:] if rest[:1] == ("granular",) else rest)
         walls = [w for w in self.fixes("wall/gran", "wall/gran/region") if w.word(4) == "granular"]
-        return [*found, *(law for wall in walls for law in _law(wall, wall.words[5:]))]
+        return [*laws, *(law for wall in walls for law in _law(wall, wall.words[5:]))]
 
     def given(self, attribute: str) -> list[tuple[Command, str]]:
         """The ``set`` commands that give an attribute, and what they give."""
@@ -305,10 +305,10 @@ class Deck:
             return self.is_other
         unlikely = self._first_of(_HARDLY_A_CHAIN)
         if unlikely is None and self.look is not None and self.look.granules is not None:
-            made = next(iter(self.named("create_atoms", "read_data")), None)
+            maker = next(iter(self.named("create_atoms", "read_data")), None)
             count = self.look.granules.count
             rows = f"its {count} granules do not lie in one row"
-            return made, rows if count > 1 else "it has one granule"
+            return maker, rows if count > 1 else "it has one granule"
         return unlikely
 
     @cached_property

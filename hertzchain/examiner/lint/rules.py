@@ -57,9 +57,9 @@ class Trap:
         if (deck.no_chain and not self.of_any) or (deck.is_of_liggghts and self.rule in _OF_LAWS):
             return
         for command in deck.named(self.command):
-            found = re.match(self.pattern, f"{' '.join(command.words[1:])} ")
-            if found is not None:
-                yield command, self.severity, self.sentence.format(**found.groupdict())
+            match = re.match(self.pattern, f"{' '.join(command.words[1:])} ")
+            if match is not None:
+                yield command, self.severity, self.sentence.format(**match.groupdict())
 
 
 _OF_LAWS = {"not-hertz", "wall", "tangential"}
@@ -165,9 +165,9 @@ def attraction(deck: Deck) -> Found:
     )
     for law in deck.laws:
         value = number(law.numbers[1])
-        known = law.normal in ("hooke", "hertz", "hertz/material", *CLASSIC)
+        takes_damping = law.normal in ("hooke", "hertz", "hertz/material", *CLASSIC)
         damps = value is not None and abs(value) > _NO_DAMPING
-        if known and damps and not {"none", "limit_damping"} & set(law.command.words):
+        if takes_damping and damps and not {"none", "limit_damping"} & set(law.command.words):
             yield law.command, "note" if deck.no_chain else "warning", text
 
 
@@ -296,18 +296,18 @@ def periodic(deck: Deck) -> Found:
 def not_touching(deck: Deck) -> Found:
     """Granules of a chain touch without force, unless gaps and loads are intended."""
     granules = deck.granules
-    made = deck.named("lattice", "create_atoms", "read_data", "displace_atoms")
-    if granules is None or not deck.is_granular or not made:
+    makers = deck.named("lattice", "create_atoms", "read_data", "displace_atoms")
+    if granules is None or not deck.is_granular or not makers:
         return
     gap = (granules.position[1:, 0] - granules.position[:-1, 0]) / granules.reach - 1
     is_meant = deck.is_loaded or granules.velocity.any()
     text = "neighbours are {:.10g} times the sum of their radii apart: granules {}"
     if gap.max() > _TOUCHING:
         what = "do not touch (with gaps of 1e-3 peaks are off by 113 %)"
-        yield made[0], "warning", text.format(1 + gap.max(), what)
+        yield makers[0], "warning", text.format(1 + gap.max(), what)
     if gap.min() < -_TOUCHING and not is_meant:
         what = "press one another from the start, and spring apart if nothing holds the ends"
-        yield made[0], "warning", text.format(1 + gap.min(), what)
+        yield makers[0], "warning", text.format(1 + gap.min(), what)
 
 
 # ---- What moves them
@@ -515,12 +515,12 @@ def _text_alone(deck: Deck) -> Found:
 
 def _stop(deck: Deck, look: Look) -> tuple[Command | None, str]:
     """The command of the deck at which LAMMPS stops, and why; a place in another file is named."""
-    own = [command for command in deck.commands if not command.inside]
+    commands = [command for command in deck.commands if not command.inside]
     place = re.match(r"(.*?):(\d+): ", look.stopped)
     if place and (not look.commands or place[1] == look.commands[0].file):
-        at, why = [c for c in own if c.line == int(place[2])], look.stopped[place.end() :]
+        at, why = [c for c in commands if c.line == int(place[2])], look.stopped[place.end() :]
     else:
-        at, why = [c for c in own if c.index is not None], look.stopped
+        at, why = [c for c in commands if c.index is not None], look.stopped
     return (at[-1] if at else None), why
 
 
@@ -552,18 +552,18 @@ OF_CHAINS = {
 def findings(commands: Sequence[Command], look: Look | None = None) -> list[Finding]:
     """Return the findings in the commands of a deck, and in what LAMMPS finds in it, by line."""
     deck = Deck(commands, look)
-    made = [(trap.rule, trap.found_in(deck)) for trap in TRAPS]
+    of_traps = [(trap.rule, trap.found_in(deck)) for trap in TRAPS]
     rules = {
         name: rule for name, rule in RULES.items() if not (deck.no_chain and name in OF_CHAINS)
     }
-    found: set[Finding] = set()
-    for name, said in (*made, *((name, rule(deck)) for name, rule in rules.items())):
+    reports: set[Finding] = set()
+    for name, said in (*of_traps, *((name, rule(deck)) for name, rule in rules.items())):
         with contextlib.suppress(ArithmeticError):  # numbers beyond the range of floating point
             for command, severity, sentence in said:
                 line = 1 if command is None else command.line
                 inside = f"{command.inside}: " if command is not None and command.inside else ""
-                found.add(Finding(line, name, severity, f"{inside}{sentence}"))
-    return sorted(found, key=lambda finding: (finding.line, finding.rule, finding.text))
+                reports.add(Finding(line, name, severity, f"{inside}{sentence}"))
+    return sorted(reports, key=lambda finding: (finding.line, finding.rule, finding.text))
 
 
 def lint_file(
