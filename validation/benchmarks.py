@@ -67,19 +67,19 @@ def machine() -> str:
 def keep(folder: Path, measured: Sequence[Measured]) -> None:
     """Write bench.csv, with the machine in its first line, and bench.svg."""
     names = [field.name for field in fields(Measured)]
-    table = pandas.DataFrame([astuple(one) for one in measured], columns=names)
+    table = pandas.DataFrame([astuple(row) for row in measured], columns=names)
     csv = table.to_csv(index=False, float_format="%.4g", lineterminator="\n")
     write_text(folder / "bench.csv", dated(f"{machine()}; {facts_of(provenance())}", csv))
     figure = new_figure(9.0, 3.6)
     demo, terms = figure.subplots(1, 2)
-    times = [one for one in measured if one.group in "AB" and one.unit == "ms"]
-    for one in times:
-        style = BACKENDS.get(one.figure.split(",")[0].lower(), {"marker": "^", "color": "#D55E00"})
-        demo.plot([one.value], [one.figure], **{**style, "label": None})
+    times = [row for row in measured if row.group in "AB" and row.unit == "ms"]
+    for row in times:
+        style = BACKENDS.get(row.figure.split(",")[0].lower(), {"marker": "^", "color": "#D55E00"})
+        demo.plot([row.value], [row.figure], **{**style, "label": None})
     demo.set_title("Peaks of the demo scene to 1e-6", fontsize="medium")
     names = [name.replace("_", " ") for name in TERMS]
     for code, wanted in (("native", "1e-6"), ("LAMMPS", "1e-4"), ("LIGGGHTS", "1e-4")):
-        spent = [one.value for one in measured if one.group == "K" and f": {code} " in one.figure]
+        spent = [row.value for row in measured if row.group == "K" and f": {code} " in row.figure]
         style = BACKENDS.get(code.lower(), {"marker": "D", "color": "#56B4E9", "linestyle": "none"})
         if spent:  # LIGGGHTS need not be here
             terms.plot(spent, names, **{**style, "label": f"{code} to {wanted}"})
@@ -150,7 +150,7 @@ def scipy_over_native() -> Iterator[Measured]:
     """SciPy's DOP853, with the first tolerance that suffices, over native to 1e-6."""
     demo = load("demo")
     truth = hc.Native("reference").run(demo).peak_force
-    scipy = next(one for one in contenders(demo) if one.engine == "SciPy")
+    scipy = next(contender for contender in contenders(demo) if contender.engine == "SciPy")
     rtol = next(
         rtol
         for rtol in scipy.rtols
@@ -272,9 +272,9 @@ def main() -> None:
         lammps_over_native, scipy_over_native, long_chains, batch_over_single_runs,
         fresh_processes, sweep_over_bare_batch, scenes_with_terms,
     ):  # fmt: skip
-        for one in group():
-            print(f"{one.group:3}{one.figure:60}{one.value:>12,.4g} {one.unit}", flush=True)
-            measured.append(one)
+        for row in group():
+            print(f"{row.group:3}{row.figure:60}{row.value:>12,.4g} {row.unit}", flush=True)
+            measured.append(row)
     keep(RESULTS, measured)
 
 

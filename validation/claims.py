@@ -89,14 +89,14 @@ def _at_once(quick: bool, with_lammps: bool) -> list[Entry]:
         f"{profile}, n {n}": hc.Scene(hc.Chain(40, **STEEL), hc.Pulse(profile, 100.0, n, 1.0))
         for profile, n in cases
     }
-    found = simulate(scenes, TITLE, with_lammps, hc.Lammps(extrapolated=True))
+    results = simulate(scenes, TITLE, with_lammps, hc.Lammps(extrapolated=True))
     entries: list[Entry] = []
     for name, scene in scenes.items():
         pulse = pulse_of(scene)[0]
         case: Entry = {"scene": name, "profile": pulse.profile, "n": pulse.duration_ratio}
         case |= {"momentum_ratio": 1.0}
         numbers: Numbers = {}
-        for backend, result in of_scene(found, name).items():
+        for backend, result in of_scene(results, name).items():
             force = result.peak_force / scene.units.force
             numbers[backend] = {
                 AT_ONCE: far_field(force),
@@ -112,7 +112,7 @@ def _by_backend(case: Entry, numbers: Numbers, *wanted: str) -> list[Entry]:
     return [case | {"what": what} | {by: of[what] for by, of in numbers.items()} for what in wanted]
 
 
-def _table_scenes(scenes: dict[str, hc.Scene], found: Found) -> list[Entry]:
+def _table_scenes(scenes: dict[str, hc.Scene], results: Found) -> list[Entry]:
     """Tables 2 to 4: ejected momentum, share of the primary wave, p and far field."""
     entries: list[Entry] = []
     for name, scene in scenes.items():
@@ -121,7 +121,7 @@ def _table_scenes(scenes: dict[str, hc.Scene], found: Found) -> list[Entry]:
         case: Entry = {"scene": name, "profile": pulse.profile}
         case |= {"n": pulse.duration_ratio, "momentum_ratio": ratio}
         numbers: Numbers = {}
-        for backend, result in of_scene(found, name).items():
+        for backend, result in of_scene(results, name).items():
             force = result.peak_force / scene.units.force
             gained = thrown_back(result.velocity) * scene.chain.granule_mass / unit
             share = wave_share(far_field(force), ratio)
@@ -158,22 +158,22 @@ def _shares() -> list[Entry]:
     for profile in PROFILES:
         for n in (2.0, 10.0):
             case: Entry = {"scene": f"{profile}, n {n:g}{LONG}", "profile": profile, "n": n}
-            found = hc.similar_peak_forces(profile, ratios, n, 200)
-            for ratio, force in zip(ratios, found.peak_force, strict=True):
-                far, own = far_field(force), case | {"momentum_ratio": ratio}
+            batch = hc.similar_peak_forces(profile, ratios, n, 200)
+            for ratio, force in zip(ratios, batch.peak_force, strict=True):
+                far, entry = far_field(force), case | {"momentum_ratio": ratio}
                 share = wave_share(far, ratio)
-                entries.append(own | {"what": SHARE, "native": share})
+                entries.append(entry | {"what": SHARE, "native": share})
                 if ratio == 1.05:
-                    entries.append(own | {"what": JUST_ABOVE, "native": far})
+                    entries.append(entry | {"what": JUST_ABOVE, "native": far})
     return entries
 
 
 IMPULSE = "impulse"
 
 
-def _impulse(scene: hc.Scene, found: Found) -> list[Entry]:
+def _impulse(scene: hc.Scene, results: Found) -> list[Entry]:
     """Peaks over the far field for a pulse so short that only its impulse counts."""
-    force = {backend: result.peak_force for backend, result in of_scene(found, IMPULSE).items()}
+    force = {backend: result.peak_force for backend, result in of_scene(results, IMPULSE).items()}
     off = {backend: peaks / far_field(peaks) - 1 for backend, peaks in force.items()}
     case: Entry = {"scene": IMPULSE, "momentum_ratio": scene.momentum_ratio, "what": DISTANCE}
     return [
@@ -195,12 +195,12 @@ def measure(quick: bool, with_lammps: bool) -> pandas.DataFrame:
     scenes = {name: load(name) for name in (QUICK if quick else table_scenes())}
     impulse = impulse_scene(0.02, granules=40)
     lammps = hc.Lammps(extrapolated=True)
-    found = simulate(scenes | {IMPULSE: impulse}, TITLE, with_lammps, lammps)
+    results = simulate(scenes | {IMPULSE: impulse}, TITLE, with_lammps, lammps)
     entries = [
         *_at_once(quick, with_lammps),
-        *_table_scenes(scenes, found),
+        *_table_scenes(scenes, results),
         *_shares(),
-        *_impulse(impulse, found),
+        *_impulse(impulse, results),
     ]
     return pandas.DataFrame(entries, columns=list(COLUMNS))
 
@@ -233,8 +233,8 @@ def promises(table: pandas.DataFrame) -> list[Row]:
     if "lammps" in backends:
         by_both = table[~table["scene"].str.endswith(LONG)]
         for what in (AT_ONCE, FIRST, NO_FLOOR, HEIGHT, THROWN, BALANCE, SHARE, DISTANCE):
-            own = by_both[by_both["what"] == what]
-            off = largest(own["lammps"] - own["native"])
+            frame = by_both[by_both["what"] == what]
+            off = largest(frame["lammps"] - frame["native"])
             tolerance, reason = _MOTION if what in (THROWN, BALANCE) else _PEAKS
             rows.append(row(f"{what}: LAMMPS - native", "lammps", off, 0, tolerance, reason))
     return rows
@@ -252,11 +252,11 @@ def _by_ends(
 
 def _claim_a(table: pandas.DataFrame, backend: str) -> list[Row]:
     """At LM_ratio 1 a wave as high as the shock forms at once."""
-    own = {what: table[table["what"] == what][backend] for what in (AT_ONCE, FIRST)}
+    data = {what: table[table["what"] == what][backend] for what in (AT_ONCE, FIRST)}
     first = "a. LM_ratio 1: far field to 1 % from contact (paper: at once)"
     return [
-        *_by_ends(f"a. {AT_ONCE} (paper: 1)", backend, own[AT_ONCE], (0.927, 1.022), 6e-4, _FOUND),
-        *_by_ends(first, backend, own[FIRST], (2, 5), 0.0, _WHOLE),
+        *_by_ends(f"a. {AT_ONCE} (paper: 1)", backend, data[AT_ONCE], (0.927, 1.022), 6e-4, _FOUND),
+        *_by_ends(first, backend, data[FIRST], (2, 5), 0.0, _WHOLE),
     ]
 
 
@@ -269,12 +269,12 @@ def _claim_b(table: pandas.DataFrame, backend: str) -> Iterator[Row]:
         row(f"{what}, lowest", backend, low, 0.0043, 6e-5, _FOUND),
         row(f"{what}, highest", backend, high, 11.0, 0.06, _FOUND),
     ]
-    for name, found, claimed in (
+    for name, gain, claimed in (
         ("cosine_LM0.5_n6", 0.057, 0.003),
         ("cosine_LM0.3_n2", 0.040, 0.442),
     ):
         what = f"b. {name}: momentum gained (paper: {claimed})"
-        yield row(what, backend, gained[backend][name], found, 6e-4, _FOUND)
+        yield row(what, backend, gained[backend][name], gain, 6e-4, _FOUND)
     off = largest(table[table["what"] == BALANCE][backend])
     tolerance, reason = _WAVE_ALONE[backend]
     what = "b. L_SW - L_Applied - momentum gained, largest (paper: 0)"
@@ -283,24 +283,24 @@ def _claim_b(table: pandas.DataFrame, backend: str) -> Iterator[Row]:
 
 def _claim_c(table: pandas.DataFrame, backend: str) -> Iterator[Row]:
     """Above LM_ratio 1 only a share of the momentum goes into the primary wave."""
-    own = table[table["what"] == SHARE]
-    long, what = own["scene"].str.endswith(LONG), "share of L_Applied in the wave"
+    frame = table[table["what"] == SHARE]
+    long, what = frame["scene"].str.endswith(LONG), "share of L_Applied in the wave"
     name = f"c. LM_ratio 1.4 to 2.5: {what}"
-    yield from _by_ends(name, backend, own[~long][backend], (0.615, 0.897), 6e-4, _FOUND)
+    yield from _by_ends(name, backend, frame[~long][backend], (0.615, 0.897), 6e-4, _FOUND)
     if backend == "native":
         for ratio, expected in SHARES.items():
-            shares = own[long & (own["momentum_ratio"] == ratio)]["native"]
+            shares = frame[long & (frame["momentum_ratio"] == ratio)]["native"]
             name = f"c. LM_ratio {ratio:g}, N 200: {what}"
             yield from _by_ends(name, "native", shares, expected, 6e-4, _FOUND)
 
 
 def _claim_d(table: pandas.DataFrame, backend: str) -> list[Row]:
     """Under an impulse a wave forms at 7 to 10 granules."""
-    own = table[table["what"] == DISTANCE]
-    peaks = 1 + own[backend].to_numpy(np.float64)
-    known = bool(np.all(np.isfinite(peaks)))  # without numbers there is no first contact
+    frame = table[table["what"] == DISTANCE]
+    peaks = 1 + frame[backend].to_numpy(np.float64)
+    has_peaks = bool(np.all(np.isfinite(peaks)))  # without numbers there is no first contact
     return [
-        row(f"d. impulse: {what} (paper: 7 to 10)", backend, measured if known else np.nan,
+        row(f"d. impulse: {what} (paper: 7 to 10)", backend, measured if has_peaks else np.nan,
             expected, 0.0, _WHOLE)
         for what, measured, expected in (
             ("far field to 2 % from contact", first_within(peaks, 0.02), 6),
@@ -314,20 +314,20 @@ def _claim_d(table: pandas.DataFrame, backend: str) -> list[Row]:
 
 def _claim_e(table: pandas.DataFrame, backend: str) -> list[Row]:
     """P is never below 5."""
-    own = table[table["what"] == NO_FLOOR]
+    frame = table[table["what"] == NO_FLOOR]
     what = "e. p by changes below 1 % alone (paper: at least 5)"
-    at_once = own[own["momentum_ratio"] == 1][backend]
+    at_once = frame[frame["momentum_ratio"] == 1][backend]
     return [
-        row(f"{what}, lowest", backend, ends(own[backend])[0], 2, 0.0, _WHOLE),
+        row(f"{what}, lowest", backend, ends(frame[backend])[0], 2, 0.0, _WHOLE),
         *_by_ends(f"{what}, LM_ratio 1", backend, at_once, (2, 4), 0.0, _WHOLE),
     ]
 
 
 def _claim_f(table: pandas.DataFrame, backend: str) -> Iterator[Row]:
     """Below LM_ratio 1 the wave is lower than F0, above it is higher."""
-    own = table[table["what"] == HEIGHT]
-    _, below = ends(own[own["momentum_ratio"] < 1][backend])
-    above, _ = ends(own[own["momentum_ratio"] > 1][backend])
+    frame = table[table["what"] == HEIGHT]
+    _, below = ends(frame[frame["momentum_ratio"] < 1][backend])
+    above, _ = ends(frame[frame["momentum_ratio"] > 1][backend])
     yield from [
         row("f. LM_ratio 0.3 to 0.8: far field / F0 (paper: below 1), highest", backend, below,
             0.787, 6e-4, _FOUND),

@@ -150,17 +150,17 @@ def _constants(waves: dict[str, Wave]) -> list[dict[str, object]]:
         ("Eq. 5, 1.543 * 1.077", eq5, nesterenko_integral, WAVE.momentum),
         ("sum of velocities", math.nan, nesterenko_sum, WAVE.momentum),
     ]  # fmt: skip
-    found: dict[str, list[float]] = {}
+    sources: dict[str, list[float]] = {}
     for backend, wave in waves.items():
         speed, along = 1 / wave.shift, wave.force
         integral = _sum(along) * WAVE.shift / wave.shift
-        found[backend] = [
+        sources[backend] = [
             speed * SPEED_UNIT, wave.shift, wave.momentum * MOMENTUM_UNIT, integral,
             wave.momentum, wave.momentum, wave.granule_momentum,
         ]  # fmt: skip
     return [
         {"kind": "constant", "what": what, "paper": printed, "nesterenko": long_wave, "exact": true}
-        | {backend: values[k] for backend, values in found.items()}
+        | {backend: values[k] for backend, values in sources.items()}
         for k, (what, printed, long_wave, true) in enumerate(rows)
     ]
 
@@ -230,8 +230,8 @@ def promises(table: pandas.DataFrame) -> list[Row]:
         for backend, tolerance, reason in ran:
             off = constants[backend][what] / constants["exact"][what] - 1
             rows.append(row(f"{what}: relative error", backend, off, 0.0, tolerance, reason))
-    for what, found in FOUND.items():
-        for who, expected in zip(("paper", "nesterenko"), found, strict=True):
+    for what, ratios in FOUND.items():
+        for who, expected in zip(("paper", "nesterenko"), ratios, strict=True):
             if not math.isnan(expected):
                 off = 100 * (constants[who][what] / constants["exact"][what] - 1)
                 rows.append(row(f"{what}: off by [%]", who, off, expected, 0.006, _PERCENT))
@@ -242,9 +242,9 @@ def promises(table: pandas.DataFrame) -> list[Row]:
 
 def _simulated(table: pandas.DataFrame) -> list[tuple[str, float, str]]:
     """Yield backends that ran, with tolerances and their reasons."""
-    known = table[table["kind"] == "constant"]
+    frame = table[table["kind"] == "constant"]
     allowed = [("native", 1e-11, _EXACT), ("lammps", 0.75 * _STEP**2, _VERLET)]
-    return [entry for entry in allowed if known[entry[0]].notna().any()]
+    return [entry for entry in allowed if frame[entry[0]].notna().any()]
 
 
 def _constants_against_one_another(printed: pandas.Series) -> list[Row]:

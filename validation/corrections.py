@@ -82,13 +82,13 @@ class Entry:
 
 def entries() -> list[Entry]:
     """All 92."""
-    found: list[Entry] = []
+    entries: list[Entry] = []
     for table in (3, 4):
         for line in paper_table(table):
             name = scene_name(line)
-            contact = 2 + sum(entry.scene == name for entry in found)
-            found.append(Entry(table, name, contact, float(line["error_percent"])))
-    return found
+            contact = 2 + sum(entry.scene == name for entry in entries)
+            entries.append(Entry(table, name, contact, float(line["error_percent"])))
+    return entries
 
 
 def errors(
@@ -106,21 +106,21 @@ def errors(
     What goes into Eq. 6 (p, F_SW in F0, the ratio that is raised to a power, which contact is F_2)
     is by default as hertzchain reads it.
     """
-    found = np.empty(len(printed))
+    percent = np.empty(len(printed))
     for k, entry in enumerate(printed):
         case = cases[entry.scene]
         power = effective_ratio(case.scene) if ratio is None else ratio[entry.scene]
         contact = np.array([float(entry.contact)])
         force = formula(contact, p(case), wave(case), case.pulse.duration_ratio, power)[0]
         true = case.peak_force[entry.contact - 2 + first_contact - 2]
-        found[k] = 100 * abs(force / true - 1)
-    return found
+        percent[k] = 100 * abs(force / true - 1)
+    return percent
 
 
 def deviations(cases: Cases, printed: list[Entry], *args: PeakForce, **readings: Any) -> FloatArray:
     """Return the differences of ``errors`` from the printed ones [percentage points]."""
-    known = np.array([entry.percent for entry in printed])
-    return np.asarray(np.abs(errors(cases, printed, *args, **readings) - known))
+    percent = np.array([entry.percent for entry in printed])
+    return np.asarray(np.abs(errors(cases, printed, *args, **readings) - percent))
 
 
 Score = tuple[int, str, str, float]
@@ -141,8 +141,8 @@ def scores(cases: Cases) -> Iterator[Score]:
     yield 2, MEAN, "F_2 between granules 2 and 3", mean(first_contact=3)
     for what, formula in EXPONENTS.items():
         off = deviations(cases, printed, formula)
-        rounded = [f"{error:.1f}" for error in errors(cases, printed, formula)]
-        equal = [f"{entry.percent:.1f}" == own for entry, own in zip(printed, rounded, strict=True)]
+        texts = [f"{error:.1f}" for error in errors(cases, printed, formula)]
+        equal = [f"{entry.percent:.1f}" == text for entry, text in zip(printed, texts, strict=True)]
         yield 3, MEAN, what, float(np.mean(off))
         yield 3, LARGEST, what, float(np.max(off))
         yield 3, EQUAL, what, float(np.sum(equal))
@@ -184,21 +184,21 @@ def _eq3(cases: Cases) -> Iterator[Score]:
         EXACT_SPEED: lambda case: SMALLEST + to_exact * (case.eq3(case.after) - SMALLEST),
     }
     for what, p in readings.items():
-        found = [(p(cases[scene_name(line)]), float(line["p_analytic"])) for line in paper_table(2)]
-        yield 9, EQ3, what, float(sum(round(own, 1) == printed for own, printed in found))
-        yield 9, EQ3_MEAN, what, float(np.mean([abs(own - printed) for own, printed in found]))
+        pairs = [(p(cases[scene_name(line)]), float(line["p_analytic"])) for line in paper_table(2)]
+        yield 9, EQ3, what, float(sum(round(value, 1) == printed for value, printed in pairs))
+        yield 9, EQ3_MEAN, what, float(np.mean([abs(value - printed) for value, printed in pairs]))
 
 
 def matches(cases: Cases, criterion: Criterion) -> list[bool]:
     """Whether a criterion gives the p of Table 2, then the columns of Tables 3 and 4."""
-    found = [
+    outcomes = [
         criterion(cases[scene_name(line)].peak_force) == int(line["p_numerical"])
         for line in paper_table(2)
     ]
     columns: dict[str, int] = {}
     for entry in entries():
         columns[entry.scene] = entry.contact
-    return found + [criterion(cases[name].peak_force) == p for name, p in columns.items()]
+    return outcomes + [criterion(cases[name].peak_force) == p for name, p in columns.items()]
 
 
 def stiffness_scores(chain: hc.Chain) -> Iterator[Score]:
@@ -226,10 +226,10 @@ def measure(quick: bool, with_lammps: bool) -> pandas.DataFrame:
     contact.
     """
     scenes, lammps = {name: load(name) for name in table_scenes()}, hc.Lammps(extrapolated=True)
-    found = simulate(scenes, TITLE, with_lammps and not quick, lammps)
+    runs = simulate(scenes, TITLE, with_lammps and not quick, lammps)
     rows: list[dict[str, object]] = []
     for backend in ("native", "lammps"):
-        cases = {name: simulated(one) for (name, who), one in found.items() if who == backend}
+        cases = {name: simulated(run) for (name, who), run in runs.items() if who == backend}
         if not cases:
             continue
         rows += [_scored(backend, score) for score in scores(cases)]
@@ -282,12 +282,12 @@ _CANNOT_TELL = (
 def promises(table: pandas.DataFrame) -> list[Row]:
     """Compare the score of each reading used here with the best other one, and with its limit."""
     rows: list[Row] = []
-    known = table[table["kind"] == "score"].fillna({"backend": ""})
-    for key, own in known.groupby(["number", "what", "backend"], sort=False):
+    scores = table[table["kind"] == "score"].fillna({"backend": ""})
+    for key, frame in scores.groupby(["number", "what", "backend"], sort=False):
         number, what, backend = int(str(key[0])), str(key[1]), str(key[2])
-        readings = dict(zip(own["reading"], own["score"], strict=True))
+        readings = dict(zip(frame["reading"], frame["score"], strict=True))
         used, *others = readings.values()
-        name = f"#{number} {own['reading'].iloc[0]}: {what}"
+        name = f"#{number} {frame['reading'].iloc[0]}: {what}"
         if what == EQ3_MEAN:
             for reading, (verdict, expected) in _EQ3_MEANS.items():
                 measured, name = readings[reading], f"#9 {reading} ({verdict}): {what}"

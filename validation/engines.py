@@ -107,12 +107,12 @@ def promises(table: pandas.DataFrame) -> list[Row]:
         row(
             str(name),
             engine,
-            largest_difference(own[f"{engine}_N"].to_numpy(), own["native_N"].to_numpy()),
+            largest_difference(frame[f"{engine}_N"].to_numpy(), frame["native_N"].to_numpy()),
             0.0,
             AGREED,
             REASON,
         )
-        for name, own in table.groupby("scene", sort=False)
+        for name, frame in table.groupby("scene", sort=False)
         for engine in ENGINES
     ]
 
@@ -122,10 +122,10 @@ def recorded(path: Path = RECORDED) -> dict[str, tuple[float, dict[str, FloatArr
     table = pandas.read_csv(path, comment="#")
     return {
         str(name): (
-            float(own["dt_s"].iloc[0]),
-            {who: own[f"{who}_N"].to_numpy(np.float64) for who in ("native", *ENGINES)},
+            float(frame["dt_s"].iloc[0]),
+            {who: frame[f"{who}_N"].to_numpy(np.float64) for who in ("native", *ENGINES)},
         )
-        for name, own in table.groupby("scene", sort=False)
+        for name, frame in table.groupby("scene", sort=False)
     }
 
 

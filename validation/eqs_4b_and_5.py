@@ -49,8 +49,8 @@ def measure(quick: bool, with_lammps: bool) -> pandas.DataFrame:
     (native alone).
     """
     scenes = {name: load(name) for name in (QUICK if quick else table_scenes())}
-    found = simulate(scenes, TITLE, with_lammps, hc.Lammps(extrapolated=True))
-    tables = [_at_contacts(*key, result) for key, result in found.items()]
+    results = simulate(scenes, TITLE, with_lammps, hc.Lammps(extrapolated=True))
+    tables = [_at_contacts(*key, result) for key, result in results.items()]
     return pandas.concat(tables, ignore_index=True)
 
 
@@ -125,7 +125,7 @@ _MOTION = "velocities are not extrapolated: velocity Verlet is off by about 1e-4
 
 def promises(table: pandas.DataFrame) -> list[Row]:
     """The range of each number on either side of LM_ratio 1, and LAMMPS against native."""
-    rows = [entry for backend, own in table.groupby("backend") for entry in _of(str(backend), own)]
+    rows = [entry for who, frame in table.groupby("backend") for entry in _of(str(who), frame)]
     by_backend = table.set_index(["scene", "contact"]).groupby("backend")
     if {"native", "lammps"} <= set(by_backend.groups):
         native, lammps = (by_backend.get_group(backend) for backend in ("native", "lammps"))
@@ -137,15 +137,15 @@ def promises(table: pandas.DataFrame) -> list[Row]:
     return rows
 
 
-def _of(backend: str, own: pandas.DataFrame) -> Iterator[Row]:
-    is_below = own["momentum_ratio"] < 1
+def _of(backend: str, frame: pandas.DataFrame) -> Iterator[Row]:
+    is_below = frame["momentum_ratio"] < 1
     for what, (below, above, tolerance, reason) in RANGES.items():
         if what == FIRST_PULSE and backend != "native":
             continue
-        known = own["contact"] > 2 if what == BEFORE else True
+        later = frame["contact"] > 2 if what == BEFORE else True
         for side, some, expected in (("below", is_below, below), ("above", ~is_below, above)):
-            found = ends(own[some & known][what])
-            for end, measured, stated in zip(("lowest", "highest"), found, expected, strict=True):
+            limits = ends(frame[some & later][what])
+            for end, measured, stated in zip(("lowest", "highest"), limits, expected, strict=True):
                 name = f"LM_ratio {side} 1: {what} (paper: 0), {end}"
                 yield row(name, backend, measured, stated, tolerance, reason)
 
@@ -159,8 +159,8 @@ def draw(table: pandas.DataFrame) -> Figure:
         for below, colour, marker in ((True, "#0072B2", "o"), (False, "#D55E00", "^")):
             look: dict[str, Any] = {"color": colour, "marker": marker, "markersize": 5}
             look["label"] = f"LM_ratio {'below' if below else 'above'} 1"
-            own = native[(native["momentum_ratio"] < 1) == below]
-            for _, scene in own.groupby("scene", sort=False):
+            frame = native[(native["momentum_ratio"] < 1) == below]
+            for _, scene in frame.groupby("scene", sort=False):
                 axes.plot(scene["contact"], scene[what], linewidth=0.8, **look)
                 look["label"] = None
         axes.axhline(0, color="0.5", linewidth=0.8)

@@ -107,26 +107,26 @@ def experiment(kind: str, seed: int) -> dict[str, Any]:
     clean, noisy = traces_of(true, noise, random, drag)
     row: dict[str, Any] = {"kind": kind, "seed": seed}
     try:
-        found = hc.fit(scene(guess), noisy, free)
+        fit = hc.fit(scene(guess), noisy, free)
     except hc.HertzchainError as problem:
         return row | {"failure": str(problem)}
-    row |= {"is_noise": found.is_noise, "mean_square": found.mean_square, "chance": found.chance}
+    row |= {"is_noise": fit.is_noise, "mean_square": fit.mean_square, "chance": fit.chance}
     if is_right:
-        off = np.array([(x.value - truth[x.key]) / x.deviation for x in found.parameters])
+        off = np.array([(x.value - truth[x.key]) / x.deviation for x in fit.parameters])
         held, far = int(np.sum(np.abs(off) < 1.96)), float(np.max(np.abs(off)))
         return row | {"values": off.size, "held": held, "farthest": far}
     try:
-        judged = validate(found.scene, noisy, realisations=16)
-        of_clean = validate(found.scene, clean, realisations=16).compared
-        by_name = {one.number.name: one for one in of_clean}
+        judged = validate(fit.scene, noisy, realisations=16)
+        of_clean = validate(fit.scene, clean, realisations=16).compared
+        by_name = {compared.number.name: compared for compared in of_clean}
     except hc.HertzchainError as problem:
         return row | {"failure": str(problem)}
     # The uncertainty of fitted values is left out: more cases count as different.
     ratios = [
-        abs(by_name[one.number.name].error)
-        / np.hypot(one.parts["numerical"], one.parts["measured"])
-        for one in judged.compared
-        if one.number.name in by_name
+        abs(by_name[compared.number.name].error)
+        / np.hypot(compared.parts["numerical"], compared.parts["measured"])
+        for compared in judged.compared
+        if compared.number.name in by_name
     ]
     return row | {"fails": judged.verdict == "fail", "differs": max(ratios, default=np.inf)}
 
@@ -161,10 +161,10 @@ def judged(table: pandas.DataFrame) -> bool:
     is_noise = (table["mean_square"] <= MOST_MEAN_SQUARE) & (table["chance"] >= LEAST_CHANCE)
     table = table.assign(is_noise=is_noise)
     right, wrong = table[table["kind"] == "right"], table[table["kind"] != "right"]
-    known = right[right["is_noise"]]
+    fitted = right[right["is_noise"]]
     passed = True
-    held, values = int(known["held"].sum()), int(known["values"].sum())
-    far = int((known["farthest"] > FAR).sum())
+    held, values = int(fitted["held"].sum()), int(fitted["values"].sum())
+    far = int((fitted["farthest"] > FAR).sum())
     clear = wrong[(wrong["differs"] > 3) | wrong["failure"].notna()]
     told = ~clear["is_noise"]
     either = told | (clear["fails"] == True)  # noqa: E712
@@ -198,7 +198,7 @@ def main() -> bool:
     wanted = [("right", seed) for seed in range(chosen.experiments)]
     wanted += [(WRONG[seed % len(WRONG)], seed) for seed in range(chosen.wrong)]
     wanted.sort(
-        key=lambda one: one[1] / (chosen.experiments if one[0] == "right" else chosen.wrong)
+        key=lambda pair: pair[1] / (chosen.experiments if pair[0] == "right" else chosen.wrong)
     )
     is_new = not chosen.output.exists()
     there = (

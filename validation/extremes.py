@@ -95,7 +95,7 @@ def random_scene(rng: np.random.Generator) -> hc.Scene:
 
 def random_outcomes(first: int, with_lammps: bool) -> list[Outcome]:
     """The runs of CHUNK random scenes."""
-    found = []
+    outcomes = []
     with Child() as child:
         for number in range(first, first + CHUNK):
             try:
@@ -103,14 +103,14 @@ def random_outcomes(first: int, with_lammps: bool) -> list[Outcome]:
             except SceneError:
                 nothing = (math.nan, math.nan, 0, math.nan)
                 reason = REASONS[SceneError]
-                found.append(Outcome(number, "", *nothing, "native", math.nan, reason))
+                outcomes.append(Outcome(number, "", *nothing, "native", math.nan, reason))
                 continue
             judge = Judge(number, scene, child, rtol=1e-9)
             native = hc.Native(peaks_only=True, time_limit=NATIVE_LIMIT)
-            found.append(judge.native("native", native))
+            outcomes.append(judge.native("native", native))
             if with_lammps and number % LAMMPS_SHARE == 0:
-                found.append(judge.lammps(hc.Lammps(rtol=1e-5, time_limit=LAMMPS_LIMIT)))
-    return found
+                outcomes.append(judge.lammps(hc.Lammps(rtol=1e-5, time_limit=LAMMPS_LIMIT)))
+    return outcomes
 
 
 def step_outcomes(number: int, with_lammps: bool) -> list[Outcome]:
@@ -120,20 +120,20 @@ def step_outcomes(number: int, with_lammps: bool) -> list[Outcome]:
     profile = profile_named(str(rng.choice(list(PROFILES))))
     pulse = hc.Pulse(profile, 100.0, n, momentum_ratio=ratio)
     scene = hc.Scene(hc.Chain(round(10 ** rng.uniform(0.3, 1.8)), **STEEL), pulse)
-    found = []
+    outcomes = []
     with Child() as child:
         judge = Judge(number, scene, child, rtol=1e-10)
         for name, method in METHODS.items():
             for step in STEPS:
                 dt = step * stable_step(scene, method.interval)
                 native = hc.Native(name, dt, peaks_only=True, time_limit=NATIVE_LIMIT)
-                found.append(judge.native(name, native, step))
+                outcomes.append(judge.native(name, native, step))
         if with_lammps:
             for step in STEPS:
                 dt = step * stable_step(scene, METHODS["velocity-verlet"].interval)
-                found.append(judge.lammps(hc.Lammps(dt, time_limit=LAMMPS_LIMIT), step))
-        found += [judge.batch(rtol) for rtol in (1e-2, 1e-3, 1e-4)]
-    return found
+                outcomes.append(judge.lammps(hc.Lammps(dt, time_limit=LAMMPS_LIMIT), step))
+        outcomes += [judge.batch(rtol) for rtol in (1e-2, 1e-3, 1e-4)]
+    return outcomes
 
 
 def _judges(
@@ -163,7 +163,7 @@ def _judges(
 
 def bound_outcomes(kind: str, first: int, with_lammps: bool) -> list[Outcome]:
     """The runs of CHUNK scenes of a kind, judged by the other solver."""
-    found = []
+    outcomes = []
 
     def draw(rng: np.random.Generator, number: int) -> hc.Scene:
         for_lammps = with_lammps and number % LAMMPS_SHARE == 0
@@ -174,25 +174,25 @@ def bound_outcomes(kind: str, first: int, with_lammps: bool) -> list[Outcome]:
             for_lammps = with_lammps and number % LAMMPS_SHARE == 0
             rtol = float(10 ** rng.uniform(-10, -2))
             native = hc.Native(rtol=rtol, peaks_only=bool(number % 2), time_limit=JUDGE_LIMIT)
-            found.append(judge.native(f"{kind}: native", native))
-            if found[-1].outcome != RIGHT:
+            outcomes.append(judge.native(f"{kind}: native", native))
+            if outcomes[-1].outcome != RIGHT:
                 continue  # refused: so it is in other ways
             if number % 3 == 0:
-                found.append(judge.batch(rtol, f"{kind}: batch"))
+                outcomes.append(judge.batch(rtol, f"{kind}: batch"))
             if number % 5 == 0:
-                found.append(_with_own_step(judge, kind, rng))
+                outcomes.append(_with_own_step(judge, kind, rng))
             if for_lammps:
                 for extrapolated in (False, True):
                     wanted = max(rtol, 1e-7 if extrapolated else 1e-6)
                     lammps = hc.Lammps(rtol=wanted, extrapolated=extrapolated)
                     name = f"{kind}: lammps{', extrapolated' if extrapolated else ''}"
-                    found.append(judge.lammps(lammps, name=name))
-    return found
+                    outcomes.append(judge.lammps(lammps, name=name))
+    return outcomes
 
 
 def term_outcomes(kind: str, first: int, with_lammps: bool) -> list[Outcome]:
     """The runs of CHUNK scenes with terms of a kind, judged by the other solver for those."""
-    found, is_damped = [], WITH_TERMS[kind]
+    outcomes, is_damped = [], WITH_TERMS[kind]
 
     def draw(rng: np.random.Generator, _: int) -> hc.Scene:
         return random_hard_scene(rng, HARD_GRANULES, HARD_TIME, is_damped)
@@ -201,10 +201,10 @@ def term_outcomes(kind: str, first: int, with_lammps: bool) -> list[Outcome]:
         for number, rng, judge in _judges((7, is_damped), first, draw, child):
             rtol = float(10 ** rng.uniform(-10, -2))
             native = hc.Native(rtol=rtol, peaks_only=bool(number % 2), time_limit=JUDGE_LIMIT)
-            found += [judge.native(f"{kind}: native", native), _with_own_step(judge, kind, rng)]
+            outcomes += [judge.native(f"{kind}: native", native), _with_own_step(judge, kind, rng)]
             if with_lammps and number % LAMMPS_SHARE == 0:
-                found.append(judge.lammps(_any_lammps(rng, judge.scene), name=f"{kind}: lammps"))
-    return found
+                outcomes.append(judge.lammps(_any_lammps(rng, judge.scene), name=f"{kind}: lammps"))
+    return outcomes
 
 
 def _any_lammps(rng: np.random.Generator, scene: hc.Scene) -> hc.Lammps:
@@ -234,7 +234,7 @@ def _with_own_step(judge: Judge, kind: str, rng: np.random.Generator) -> Outcome
 
 def measure(quick: bool, with_lammps: bool) -> pandas.DataFrame:
     """Run everything: one row per run, with the fields of Outcome."""
-    found: list[Outcome] = []
+    records: list[Outcome] = []
     # Measured times exclude the loading and compiling of kernels.
     small = hc.Scene(hc.Chain(3, **STEEL), hc.Pulse("cosine", 1.0, 2.0, momentum_ratio=1.0))
     hc.Native().run(small)
@@ -246,7 +246,7 @@ def measure(quick: bool, with_lammps: bool) -> pandas.DataFrame:
 
         def collect(label: str, task: Callable[[int], list[Outcome]], numbers: range) -> None:
             for outcomes in bar.track(pool.map(task, numbers), len(numbers), description=label):
-                found.extend(outcomes)
+                records.extend(outcomes)
 
         kinds = [(kind, bound_outcomes, BOUNDS) for kind in KINDS]
         kinds += [(kind, term_outcomes, HARD) for kind in WITH_TERMS]
@@ -255,15 +255,15 @@ def measure(quick: bool, with_lammps: bool) -> pandas.DataFrame:
             collect(kind, task, range(0, CHUNK if quick else number, CHUNK))
         collect("steps", lambda k: step_outcomes(k, with_lammps), range(1 if quick else 20))
         drawn, wanted = 0, CHUNK if quick else SCENES
-        while drawn < wanted or (not quick and _answered(found) < ANSWERED):
+        while drawn < wanted or (not quick and _answered(records) < ANSWERED):
             block = range(drawn, max(wanted, drawn + CHUNK), CHUNK)
             collect("random scenes", lambda first: random_outcomes(first, with_lammps), block)
             drawn = block.stop
-    return pandas.DataFrame([asdict(outcome) for outcome in found])
+    return pandas.DataFrame([asdict(outcome) for outcome in records])
 
 
-def _answered(found: list[Outcome]) -> int:
-    return sum(outcome.run == "native" and outcome.outcome == RIGHT for outcome in found)
+def _answered(outcomes: list[Outcome]) -> int:
+    return sum(outcome.run == "native" and outcome.outcome == RIGHT for outcome in outcomes)
 
 
 def promises(table: pandas.DataFrame) -> list[Row]:
@@ -300,8 +300,8 @@ def draw(table: pandas.DataFrame) -> Figure:
         (over_overlap, "overlap_ratio", "overlap under F0 / R"),
     ):
         for outcome, colour in zip((RIGHT, *REASONS.values()), COLOURS, strict=True):
-            own = random[random["outcome"] == outcome]
-            some, circled = (own[own["run"] == run] for run in ("native", "lammps"))
+            frame = random[random["outcome"] == outcome]
+            some, circled = (frame[frame["run"] == run] for run in ("native", "lammps"))
             axes.loglog(some[column], some["granules"], ".", ms=2, color=colour, label=outcome)
             axes.loglog(circled[column], circled["granules"], "o", ms=4, mfc="none", color=colour)
         axes.set(xlabel=label, ylabel="N", title="Native (dots), LAMMPS (circles)")

@@ -111,14 +111,14 @@ def _by_lammps(scene: hc.Scene, child: Child) -> pandas.DataFrame:
 def promises(table: pandas.DataFrame) -> list[Row]:
     """Agreement, area, height at t0 and no jump for each profile and source."""
     rows = []
-    for (profile, source), own in table.groupby(["profile", "source"], sort=False):
+    for (profile, source), frame in table.groupby(["profile", "source"], sort=False):
         what, backend = str(profile), str(source)
         n = scene_of(what).ramps[-1].end / scene_of(what).ramps[0].end
         rise, decay, after = (
-            own[own["ramp"] == k].sort_values("time", kind="stable") for k in (0, 1, 2)
+            frame[frame["ramp"] == k].sort_values("time", kind="stable") for k in (0, 1, 2)
         )
         if backend != "paper":
-            off = largest(own["force"] - own["paper"])
+            off = largest(frame["force"] - frame["paper"])
             rows.append(row(f"{what}: F(t) less Eq. 2, largest", backend, off, 0, 1e-15, ROUND_OFF))
         for name, ramp, expected in (("rise, 1", rise, 1), ("decay, n - 1", decay, n - 1)):
             area = 2 * np.trapezoid(ramp["force"], ramp["time"])
@@ -130,7 +130,7 @@ def promises(table: pandas.DataFrame) -> list[Row]:
         jump = max(abs(start), abs(decays - top), abs(ends - decay["force"].iloc[-1]))
         rows.append(row(f"{what}: largest jump at a corner", backend, jump, 0, 1e-15, CORNER))
         if backend != "paper":
-            off = largest(own["momentum"] / (n / 2) - 1)
+            off = largest(frame["momentum"] / (n / 2) - 1)
             name = f"{what}: momentum that the chain has gained, over F0 n t0 / 2, less 1"
             rows.append(row(name, backend, off, 0, 1e-13, MOMENTUM))
     return rows
@@ -145,8 +145,8 @@ def draw(table: pandas.DataFrame) -> Figure:
         shock = hc.Pulse(profile, 1.0, 4.0, rise_time=1.0)
         axes.plot(time, theory.applied_force(time, shock, 1.0), "0.6", label="Eq. 2, Table 1")
         for backend, style in BACKENDS.items():
-            own = table[(table["profile"] == profile) & (table["source"] == backend)]
-            axes.plot(own["time"], own["force"], **style)
+            frame = table[(table["profile"] == profile) & (table["source"] == backend)]
+            axes.plot(frame["time"], frame["force"], **style)
         axes.set(xlabel="t / t0", title=f"({letter}) {PROFILE_STYLES[profile]['label']}")
         axes.grid(alpha=0.3)
     panels[0].set_ylabel("F / F0")

@@ -106,10 +106,10 @@ def paper_profile() -> Profile:
     """The paper's (section 5.1), times T = 1.077, which makes it a velocity in natural units."""
     x = np.linspace(0, HALF_WIDTH + 0.5, 131)
     # Its crest is half a granule ahead of where the paper counts from; it is even about that.
-    known = SHIFT * theory.granule_velocity(x + 0.5)
+    velocities = SHIFT * theory.granule_velocity(x + 0.5)
 
     def velocity(at: FloatArray) -> FloatArray:
-        return np.asarray(CubicSpline(x, known, bc_type=("clamped", "not-a-knot"))(np.abs(at)))
+        return np.asarray(CubicSpline(x, velocities, bc_type=("clamped", "not-a-knot"))(np.abs(at)))
 
     return Profile("paper, section 5.1", velocity)
 
@@ -213,22 +213,22 @@ def promises(table: pandas.DataFrame) -> list[Row]:
     widths: dict[str, list[list[float]]] = {}
     exact = exact_profile()
     expected = {fraction: exact.width(fraction) for fraction in (0.5, 0.01)}
-    for (wave, who), own in table.groupby(["wave", "backend"], sort=False):
+    for (wave, who), frame in table.groupby(["wave", "backend"], sort=False):
         what, backend = str(wave), str(who)
-        x, velocity = own["x"].to_numpy(), own["velocity"].to_numpy()
+        x, velocity = frame["x"].to_numpy(), frame["velocity"].to_numpy()
         reason, limit = EXACT[backend], _EXACT[backend]
         peak = float(exact.velocity(np.zeros(1))[0])
         off = np.max(np.abs(velocity - exact.velocity(x))) / peak
         rows.append(row(f"{what}: less the exact wave, largest", backend, off, 0, limit, reason))
-        speed = own["speed"].iloc[0] / theory.solitary_wave.solitary_wave().speed
+        speed = frame["speed"].iloc[0] / theory.solitary_wave.solitary_wave().speed
         rows.append(row(f"{what}: speed over the exact one", backend, speed, 1, limit, reason))
-        found = [width(x, velocity, fraction) for fraction in expected]
-        for measured, (fraction, known) in zip(found, expected.items(), strict=True):
+        spans = [width(x, velocity, fraction) for fraction in expected]
+        for measured, (fraction, exact_width) in zip(spans, expected.items(), strict=True):
             name = f"{what}: width above {100 * fraction:g} % of the peak"
-            rows.append(row(name, backend, measured, known, _WIDTH[backend], WIDTH[backend]))
-        widths.setdefault(backend, []).append(found)
-        moving = own["velocity"] > 0.01 * np.max(velocity)
-        most = moving.groupby(own["at_once"]).sum().max()
+            rows.append(row(name, backend, measured, exact_width, _WIDTH[backend], WIDTH[backend]))
+        widths.setdefault(backend, []).append(spans)
+        moving = frame["velocity"] > 0.01 * np.max(velocity)
+        most = moving.groupby(frame["at_once"]).sum().max()
         name = f"{what}: most granules above 1 % at once (paper: about 5)"
         rows.append(row(name, backend, most, 4, 0, COUNT))
     for backend, each_wave in widths.items():
@@ -238,10 +238,10 @@ def promises(table: pandas.DataFrame) -> list[Row]:
             spread = np.ptp([each[k] for each in each_wave])
             name = f"width above {100 * fraction:g} %, widest less narrowest of the waves"
             rows.append(row(name, backend, spread, 0, 50 * _EXACT[backend], SIMILARITY))
-        for k, fraction, known in ((1, 0.01, PAPER_SPAN), (0, 0.5, 4.336)):
+        for k, fraction, claimed in ((1, 0.01, PAPER_SPAN), (0, 0.5, 4.336)):
             spanned = span(float(np.mean([each[k] for each in each_wave])), fraction)
             name = f"granules that it spans by its width at {100 * fraction:g} % (paper: about 5)"
-            rows.append(row(name, backend, spanned, known, 0.01, SPAN))
+            rows.append(row(name, backend, spanned, claimed, 0.01, SPAN))
     return [*rows, *_of_the_paper(expected)]
 
 
@@ -252,10 +252,10 @@ def _of_the_paper(expected: dict[float, float]) -> Iterator[Row]:
     off = np.max(np.abs(paper - exact)) / np.max(exact)
     name = "largest difference from the exact wave, of its peak"
     yield row(name, "paper", off, 0.02, 5e-4, FOUND)
-    for (fraction, known), found in zip(expected.items(), (1.0223, 1.0447), strict=True):
+    for (fraction, exact), stated in zip(expected.items(), (1.0223, 1.0447), strict=True):
         name = f"width above {100 * fraction:g} % over the exact one"
-        ratio = paper_profile().width(fraction) / known
-        yield row(name, "paper", ratio, found, 1e-4, FOUND)
+        ratio = paper_profile().width(fraction) / exact
+        yield row(name, "paper", ratio, stated, 1e-4, FOUND)
 
 
 def draw(table: pandas.DataFrame) -> Figure:
@@ -265,10 +265,10 @@ def draw(table: pandas.DataFrame) -> Figure:
     top, bottom = parts
     waves = list(dict.fromkeys(table["wave"]))
     for axes, wave in zip(top.subplots(1, len(waves)), waves, strict=True):
-        own = table[table["wave"] == wave]
+        frame = table[table["wave"] == wave]
         for backend, style in BACKENDS.items():
             # One sample in five, so that markers do not overlap.
-            seen = own[(own["backend"] == backend) & (own["at_once"] % 5 == 0)]
+            seen = frame[(frame["backend"] == backend) & (frame["at_once"] % 5 == 0)]
             smaller = style | {"markersize": 0.7 * style["markersize"]}
             axes.plot(seen["x"], 1e3 * seen["velocity_m_s"], **smaller)
         shock = WAVES[wave]

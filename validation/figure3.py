@@ -60,52 +60,52 @@ _UNITY = {"cosine": 1.0070, "triangular": 0.9619, "cosine-triangular": 0.9665}
 def measure(quick: bool, with_lammps: bool) -> pandas.DataFrame:
     """What ``transitions`` gives, and eq3: p by Eq. 3 with the simulated F_SW, not rounded."""
     table = transitions(quick, with_lammps)
-    found = [
+    lengths = [
         eq3(scene_of(*key), force) if np.isfinite(force) else np.nan
         for *key, force in table[["profile", "momentum_ratio", "wave_force_N"]].itertuples(
             index=False
         )
     ]
-    return table.assign(eq3=found)
+    return table.assign(eq3=lengths)
 
 
 def promises(table: pandas.DataFrame) -> list[Row]:
     """LAMMPS against native; Eq. 3 against p; p and F_SW over LM_ratio."""
     rows = []
     native = table[table["backend"] == "native"]
-    for scene, exact, own in found_by_both(table):
-        off = np.max(np.abs(own["peak_force_N"].array / exact["peak_force_N"].array - 1))
-        bound = own["error_estimate"].iloc[0] + exact["error_estimate"].iloc[0]
+    for scene, exact, frame in found_by_both(table):
+        off = np.max(np.abs(frame["peak_force_N"].array / exact["peak_force_N"].array - 1))
+        bound = frame["error_estimate"].iloc[0] + exact["error_estimate"].iloc[0]
         rows.append(row(f"{scene}: peaks less native's", "lammps", off, 0, bound, ESTIMATES))
         p = exact["p"].iloc[0]
-        rows.append(row(f"{scene}: p, native's", "lammps", own["p"].iloc[0], p, 0, WHOLE))
-    for scene, own in by_scene(table, "native").items():
-        profile, ratio, by_eq3, p = own[["profile", "momentum_ratio", "eq3", "p"]].iloc[0]
-        found = _EQ3[profile][MOMENTUM_RATIOS.index(ratio)]
+        rows.append(row(f"{scene}: p, native's", "lammps", frame["p"].iloc[0], p, 0, WHOLE))
+    for scene, frame in by_scene(table, "native").items():
+        profile, ratio, by_eq3, p = frame[["profile", "momentum_ratio", "eq3", "p"]].iloc[0]
+        expected = _EQ3[profile][MOMENTUM_RATIOS.index(ratio)]
         what = f"{scene}: p by Eq. 3 less p simulated (paper: 0)"
-        rows.append(row(what, "native", by_eq3 - p, found, 0.006, EQ3))
+        rows.append(row(what, "native", by_eq3 - p, expected, 0.006, EQ3))
     return [*rows, *_over_ratios(native[native["contact"] == 2]), *_far(native)]
 
 
 def _over_ratios(native: pandas.DataFrame) -> Iterator[Row]:
     """Return checks of p and F_SW over LM_ratio."""
     for profile in PROFILES:
-        own = native[native["profile"] == profile].sort_values("momentum_ratio")
-        reached, flat = own["momentum_ratio"].to_numpy()[1:], np.diff(own["p"]) <= 0
+        frame = native[native["profile"] == profile].sort_values("momentum_ratio")
+        reached, flat = frame["momentum_ratio"].to_numpy()[1:], np.diff(frame["p"]) <= 0
         what = f"{profile}: steps of LM_ratio that do not raise p"
         above, below = int(np.sum(flat[reached > 1])), int(np.sum(flat[reached <= 1]))
         expected = _NOT_RAISED[profile]
         yield row(f"{what}, above 1 (paper: 0)", "native", above, expected, 0, COUNTED)
         yield row(f"{what}, up to 1 (paper: 0; p is 5)", "native", below, 3, 0, COUNTED)
     for ratio in MOMENTUM_RATIOS:
-        own = native[native["momentum_ratio"] == ratio]
-        high = own["wave_force_N"] / FORCE
+        frame = native[native["momentum_ratio"] == ratio]
+        high = frame["wave_force_N"] / FORCE
         if ratio != 1:
             what = f"LM_ratio {ratio}: profiles of 3 with F_SW above F0"
             expected = 3 if ratio > 1 else 0
             yield row(what, "native", int(np.sum(high > 1)), expected, 0, COUNTED)
             continue
-        for profile, value in zip(own["profile"], high, strict=True):
+        for profile, value in zip(frame["profile"], high, strict=True):
             what = f"LM_ratio 1: F_SW / F0, {profile} (paper: 1)"
             yield row(what, "native", value, _UNITY[profile], 1e-4, UNITY)
 
@@ -138,16 +138,16 @@ def draw(table: pandas.DataFrame) -> Figure:
 def _draw_peaks(axes: Any, table: pandas.DataFrame) -> None:
     axes.axhline(FORCE, color="0.6", linewidth=0.8)
     for ratio, colour in RATIO_COLOURS.items():
-        own = table[table["momentum_ratio"] == ratio]
-        if own.empty:
+        frame = table[table["momentum_ratio"] == ratio]
+        if frame.empty:
             continue
         for backend, style in BACKENDS.items():
-            seen = own[own["backend"] == backend]
+            seen = frame[frame["backend"] == backend]
             look = style | {"color": colour, "label": None, "markersize": 0.6 * style["markersize"]}
             if backend == "native":
                 look["linestyle"] = "-"
             axes.plot(seen["contact"], seen["peak_force_N"], **look)
-        end = (own["contact"].max(), own["peak_force_N"].iloc[-1])
+        end = (frame["contact"].max(), frame["peak_force_N"].iloc[-1])
         axes.annotate(
             f"{ratio:g}", end, (6, 0), textcoords="offset points", va="center", color=colour,
             fontsize="small",
@@ -163,8 +163,8 @@ def _draw_peaks(axes: Any, table: pandas.DataFrame) -> None:
 
 def _draw_p(axes: Any, table: pandas.DataFrame) -> None:
     for shift, (profile, style) in zip((-_APART, 0, _APART), PROFILE_STYLES.items(), strict=True):
-        own = table[table["profile"] == profile]
-        native, lammps = (own[own["backend"] == backend] for backend in BACKENDS)
+        frame = table[table["profile"] == profile]
+        native, lammps = (frame[frame["backend"] == backend] for backend in BACKENDS)
         look = {"color": style["color"], "linestyle": "none", "marker": style["marker"]}
         axes.plot(native["momentum_ratio"] + shift, native["p"], **look, label=style["label"])
         axes.plot(

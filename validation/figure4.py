@@ -58,28 +58,28 @@ def measure(quick: bool, with_lammps: bool) -> pandas.DataFrame:
     return in_transition(quick, with_lammps, 1, _normalized)
 
 
-def _normalized(own: pandas.DataFrame) -> pandas.DataFrame:
-    second, wave = own["peak_force_N"].iloc[0], own["wave_force_N"].iloc[0]
-    contact = own["contact"].to_numpy().astype(int)
-    j = theory.normalized_contact(contact, int(own["p"].iloc[0]))
-    normalized = theory.normalized_peak_force(own["peak_force_N"].to_numpy(), second, wave)
-    return own.assign(j=j, normalized=normalized, eq8=theory.peak_force_fit(j))
+def _normalized(frame: pandas.DataFrame) -> pandas.DataFrame:
+    second, wave = frame["peak_force_N"].iloc[0], frame["wave_force_N"].iloc[0]
+    contact = frame["contact"].to_numpy().astype(int)
+    j = theory.normalized_contact(contact, int(frame["p"].iloc[0]))
+    normalized = theory.normalized_peak_force(frame["peak_force_N"].to_numpy(), second, wave)
+    return frame.assign(j=j, normalized=normalized, eq8=theory.peak_force_fit(j))
 
 
 def fits(table: pandas.DataFrame) -> dict[tuple[str, str], tuple[FloatArray, float, float]]:
     """The refit, and the rms residuals of Eq. 8 and of the refit, for each (side, backend)."""
-    found = {}
+    refits = {}
     for side, (low, high) in SIDES.items():
-        for backend, own in table.groupby("backend", sort=False):
-            ratio = own["momentum_ratio"]
-            free = own[(ratio > low) & (ratio < high) & (own["contact"] > 2)]
+        for backend, frame in table.groupby("backend", sort=False):
+            ratio = frame["momentum_ratio"]
+            free = frame[(ratio > low) & (ratio < high) & (frame["contact"] > 2)]
             if free.empty:
                 continue
             fitted = refit(free["j"], free["normalized"])
             by_eq8, by_refit = free["eq8"], cubic(fitted, free["j"])
             left = rms(free["normalized"] - by_eq8), rms(free["normalized"] - by_refit)
-            found[side, str(backend)] = fitted, *left
-    return found
+            refits[side, str(backend)] = fitted, *left
+    return refits
 
 
 COEFFICIENT = "found, to two decimals"
@@ -106,8 +106,8 @@ SAME = (
 def promises(table: pandas.DataFrame) -> list[Row]:
     """Compare the refit with Eq. 8, both residuals, and LAMMPS's points with native's."""
     rows = []
-    found = fits(table[table["backend"] == "native"])
-    for (side, backend), (fitted, *left) in found.items():
+    refits = fits(table[table["backend"] == "native"])
+    for (side, backend), (fitted, *left) in refits.items():
         for k, letter in enumerate("abc"):
             value, what = fitted[k], f"{side}: refit, {letter}"
             rows.append(row(what, backend, value, _FOUND[side][k], 0.006, COEFFICIENT))
@@ -118,8 +118,8 @@ def promises(table: pandas.DataFrame) -> list[Row]:
         for formula, value, expected in both:
             what = f"{side}: rms of normalized peaks less {formula}"
             rows.append(row(what, backend, value, expected, 1e-4, RMS[side]))
-    for scene, native, own in found_by_both(table):
-        by_contact = (each.set_index("contact")["normalized"] for each in (own, native))
+    for scene, native, frame in found_by_both(table):
+        by_contact = (each.set_index("contact")["normalized"] for each in (frame, native))
         off = next(by_contact).sub(next(by_contact)).abs().to_numpy()
         # Where only one has a contact in the transition it is NaN, which fails.
         what = f"{scene}: less native's, largest"
@@ -131,17 +131,17 @@ def draw(table: pandas.DataFrame) -> Figure:
     """The paper's two panels."""
     figure = new_figure(10, 4.8, f"Figure 4: {CHOSEN}")
     panels = figure.subplots(1, 2, sharey=True)
-    found = fits(table)
+    refits = fits(table)
     line = np.linspace(0, 1, 201)
     for axes, letter, (side, (low, high)) in zip(panels, "ab", SIDES.items(), strict=True):
-        own = table[(table["momentum_ratio"] > low) & (table["momentum_ratio"] < high)]
+        frame = table[(table["momentum_ratio"] > low) & (table["momentum_ratio"] < high)]
         axes.plot(line, theory.peak_force_fit(line), "k-", label="Eq. 8")
-        if (side, "native") in found:
-            a, b, c = fitted = found[side, "native"][0]
+        if (side, "native") in refits:
+            a, b, c = fitted = refits[side, "native"][0]
             label = f"refit: 1 {a:+.2f} j {b:+.2f} j² {c:+.2f} j³"
             axes.plot(line, cubic(fitted, line), "--", color="#CC79A7", label=label)
         for profile, style in PROFILE_STYLES.items():
-            _draw_points(axes, own[own["profile"] == profile], style)
+            _draw_points(axes, frame[frame["profile"] == profile], style)
         axes.plot([], [], "s", color="0.3", markersize=10, fillstyle="none", label="open: LAMMPS")
         axes.set(xlabel="j = (i - 2) / (p - 1)", title=f"({letter}) {side}")
         axes.grid(alpha=0.3)
@@ -150,10 +150,10 @@ def draw(table: pandas.DataFrame) -> Figure:
     return figure
 
 
-def _draw_points(axes: Any, own: pandas.DataFrame, style: dict[str, Any]) -> None:
+def _draw_points(axes: Any, frame: pandas.DataFrame, style: dict[str, Any]) -> None:
     """Native's points filled, LAMMPS's open around them."""
     look = {"color": style["color"], "marker": style["marker"], "linestyle": "none"}
-    native, lammps = (own[own["backend"] == backend] for backend in ("native", "lammps"))
+    native, lammps = (frame[frame["backend"] == backend] for backend in ("native", "lammps"))
     axes.plot(native["j"], native["normalized"], **look, markersize=4, label=style["label"])
     axes.plot(lammps["j"], lammps["normalized"], **look, markersize=10, fillstyle="none", alpha=0.6)
 

@@ -84,12 +84,12 @@ def measure(quick: bool, with_lammps: bool) -> pandas.DataFrame:
     return in_transition(quick, with_lammps, 0, _with_formulas)
 
 
-def _with_formulas(own: pandas.DataFrame) -> pandas.DataFrame:
-    first = own.iloc[0]
+def _with_formulas(some: pandas.DataFrame) -> pandas.DataFrame:
+    first = some.iloc[0]
     scene = scene_of(first["profile"], first["momentum_ratio"])
-    contact, p, wave = own["contact"].to_numpy().astype(int), int(first["p"]), first["wave_force_N"]
+    contact, p, wave = some["contact"].to_numpy(int), int(first["p"]), first["wave_force_N"]
     eq6 = theory.peak_force(contact, p, wave, DURATION_RATIO, effective_ratio(scene))
-    return own.assign(
+    return some.assign(
         eq6_N=eq6,
         eq9_N=theory.peak_force_cubic(contact, p, float(eq6[0]), wave),
         eq9_simulated_N=theory.peak_force_cubic(contact, p, first["peak_force_N"], wave),
@@ -100,30 +100,30 @@ def promises(table: pandas.DataFrame) -> list[Row]:
     """The largest error of each formula in each scene; LAMMPS's errors against native's."""
     rows = []
     scenes = by_scene(table, "native")
-    worst = {scene: errors(own).abs().apply(largest) for scene, own in scenes.items()}
+    worst = {scene: errors(frame).abs().apply(largest) for scene, frame in scenes.items()}
     for column, formula in FORMULAS.items():
-        for scene, own in scenes.items():
-            profile, ratio = own[["profile", "momentum_ratio"]].iloc[0]
-            found = FOUND_PERCENT[column][profile][RATIOS.index(ratio)]
-            said = f" (paper's tables: {PAPER_PERCENT} at most)" if found > PAPER_PERCENT else ""
+        for scene, frame in scenes.items():
+            profile, ratio = frame[["profile", "momentum_ratio"]].iloc[0]
+            percent = FOUND_PERCENT[column][profile][RATIOS.index(ratio)]
+            said = f" (paper's tables: {PAPER_PERCENT} at most)" if percent > PAPER_PERCENT else ""
             what = f"{scene}: {formula}, largest error [%]{said}"
-            rows.append(row(what, "native", worst[scene][column], found, 0.06, FOUND))
+            rows.append(row(what, "native", worst[scene][column], percent, 0.06, FOUND))
     for column, formula in FORMULAS.items():
         beyond = sum(error[column] > PAPER_PERCENT for error in worst.values())
         what = f"scenes of 18 with an error of {formula} above {PAPER_PERCENT} % (paper: 0)"
         rows.append(row(what, "native", beyond, BEYOND[column], 0, COUNTED))
-    for scene, native, own in found_by_both(table):
+    for scene, native, frame in found_by_both(table):
         # Where only one has a contact in the transition it is NaN, which fails.
-        off = (errors(own) - errors(native)).abs().to_numpy()
-        bound = 300 * (own["error_estimate"].iloc[0] + native["error_estimate"].iloc[0])
+        off = (errors(frame) - errors(native)).abs().to_numpy()
+        bound = 300 * (frame["error_estimate"].iloc[0] + native["error_estimate"].iloc[0])
         what = f"{scene}: errors of Eqs. 6 and 9 less native's, largest"
         rows.append(row(what, "lammps", np.max(off), 0, bound, SAME))
     return rows
 
 
-def errors(own: pandas.DataFrame) -> pandas.DataFrame:
+def errors(frame: pandas.DataFrame) -> pandas.DataFrame:
     """Error of each formula [%], columns as FORMULAS, over the contact, of one scene."""
-    at = own.set_index("contact")
+    at = frame.set_index("contact")
     return pandas.DataFrame(
         {column: 100 * (at[column] / at["peak_force_N"] - 1) for column in FORMULAS}
     )
@@ -137,9 +137,9 @@ def draw(table: pandas.DataFrame) -> Figure:
     panels = figure.subplots(2, 3, sharex="row", sharey="row")
     for letter, below, line in zip("ab", (True, False), panels, strict=True):
         for axes, profile in zip(line, PROFILES, strict=True):
-            own = table[(table["profile"] == profile) & ((table["momentum_ratio"] < 1) == below)]
-            for ratio in own["momentum_ratio"].unique():
-                some = own[own["momentum_ratio"] == ratio]
+            frame = table[(table["profile"] == profile) & ((table["momentum_ratio"] < 1) == below)]
+            for ratio in frame["momentum_ratio"].unique():
+                some = frame[frame["momentum_ratio"] == ratio]
                 _draw_scene(axes, some, RATIO_COLOURS[ratio], f"{ratio:g}")
             axes.set(xlabel="contact i", xticks=range(2, 6 if below else 11))
             side = "LM_ratio < 1" if below else "LM_ratio > 1"
@@ -167,9 +167,9 @@ def _draw_scene(axes: Any, some: pandas.DataFrame, colour: str, label: str) -> N
     """One scene: what was simulated, on a line, and both formulas."""
     native, lammps = (some[some["backend"] == backend] for backend in BACKENDS)
     columns = ("peak_force_N", "peak_force_N", "eq6_N", "eq9_N")
-    found = (native, lammps, native, native)
-    for own, column, look in zip(found, columns, _LOOKS.values(), strict=True):
-        axes.plot(own["contact"], own[column], color=colour, linestyle="none", **look)
+    frames = (native, lammps, native, native)
+    for frame, column, look in zip(frames, columns, _LOOKS.values(), strict=True):
+        axes.plot(frame["contact"], frame[column], color=colour, linestyle="none", **look)
     axes.plot(native["contact"], native["peak_force_N"], color=colour, linewidth=0.8)
     end = (some["contact"].max(), some["peak_force_N"].iloc[-1])
     axes.annotate(label, end, (9, 0), textcoords="offset points", va="center", color=colour)

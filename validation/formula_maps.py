@@ -113,11 +113,11 @@ def of_the_paper(profile: str) -> list[Point]:
 def simulated(part: str, profile: str, points: list[Point]) -> pandas.DataFrame:
     """Errors at points, by a batch of native runs."""
     _, ratios, durations = zip(*points, strict=True)
-    found = hc.similar_peak_forces(profile_named(profile), ratios, durations, GRANULES, rtol=RTOL)
+    batch = hc.similar_peak_forces(profile_named(profile), ratios, durations, GRANULES, rtol=RTOL)
     records = [
         {"part": part, "scene": name, "profile": profile, "momentum_ratio": ratio,
          "duration_ratio": n} | errors(profile, ratio, n, peak_force)
-        for (name, ratio, n), peak_force in zip(points, found.peak_force, strict=True)
+        for (name, ratio, n), peak_force in zip(points, batch.peak_force, strict=True)
     ]  # fmt: skip
     return pandas.DataFrame(records)
 
@@ -214,11 +214,11 @@ def promises(table: pandas.DataFrame) -> list[Row]:
     """Checks of the shares that hold, of the largest errors, of the rules of thumb."""
     rows: list[Row] = []
     for profile in RAMPS:
-        own = table[(table["part"] == "map") & (table["profile"] == profile)]
-        if own.empty:
+        frame = table[(table["part"] == "map") & (table["profile"] == profile)]
+        if frame.empty:
             rows.append(did_not_run(profile, "native", "nothing was measured"))
         else:
-            rows += _map_rows(profile, own)
+            rows += _map_rows(profile, frame)
     maps = table[table["part"] == "map"]
     for rule in RULES:
         inside = maps["momentum_ratio"].between(*rule.ratios)
@@ -235,24 +235,24 @@ def promises(table: pandas.DataFrame) -> list[Row]:
     return rows
 
 
-def _map_rows(profile: str, own: pandas.DataFrame) -> Iterator[Row]:
-    ratios, durations = _axes_of(own)
+def _map_rows(profile: str, some: pandas.DataFrame) -> Iterator[Row]:
+    ratios, durations = _axes_of(some)
     spacing = math.log(durations[1] / durations[0])
-    yield row(f"{profile}: points without p", "native", own["p"].isna().sum(), 0, 0.0, _EVERYWHERE)
+    yield row(f"{profile}: points without p", "native", some["p"].isna().sum(), 0, 0.0, _EVERYWHERE)
     middle = ratios.size // 2
     for side, columns in (("below", slice(None, middle + 1)), ("above", slice(middle, None))):
         for k, (name, equation) in enumerate(EQUATIONS.items()):
-            error = _on_grid(own, f"{name}_error")[:, columns]
+            error = _on_grid(some, f"{name}_error")[:, columns]
             what = f"{profile}, {SIDES[side]}, {equation}"
             cells = error.shape[1] - 1
             islands = name == "eq3" and side == "above"
             allowed, reason = (200 / cells, _ISLANDS) if islands else (100 / cells, _EDGE)
-            for title, found, known, off, why in (
+            for title, value, limits, off, why in (
                 ("share within 5 %", 100 * share(error <= WITHIN), SHARES, allowed, reason),
                 ("largest error", np.max(error), LARGEST, 15 * spacing**2 + _ROUNDING, _TOP),
             ):
-                expected = known[profile, side][k]
-                yield row(f"{what}: {title} [%]", "native", found, expected, off, why)
+                expected = limits[profile, side][k]
+                yield row(f"{what}: {title} [%]", "native", value, expected, off, why)
 
 
 def share(holds: NDArray[np.bool_]) -> float:
@@ -261,15 +261,15 @@ def share(holds: NDArray[np.bool_]) -> float:
     return float(np.mean(corners) / 4)
 
 
-def _axes_of(own: pandas.DataFrame) -> tuple[FloatArray, FloatArray]:
-    ratios = np.sort(own["momentum_ratio"].unique())
-    return np.asarray(ratios), np.asarray(np.sort(own["duration_ratio"].unique()))
+def _axes_of(frame: pandas.DataFrame) -> tuple[FloatArray, FloatArray]:
+    ratios = np.sort(frame["momentum_ratio"].unique())
+    return np.asarray(ratios), np.asarray(np.sort(frame["duration_ratio"].unique()))
 
 
-def _on_grid(own: pandas.DataFrame, column: str) -> FloatArray:
+def _on_grid(frame: pandas.DataFrame, column: str) -> FloatArray:
     """A column as a map, shape (n, LM_ratio)."""
-    ratios, durations = _axes_of(own)
-    values = own.sort_values(["duration_ratio", "momentum_ratio"])[column]
+    ratios, durations = _axes_of(frame)
+    values = frame.sort_values(["duration_ratio", "momentum_ratio"])[column]
     return values.to_numpy(np.float64).reshape(durations.size, ratios.size)
 
 
@@ -288,10 +288,10 @@ def draw(table: pandas.DataFrame) -> Figure:
     shown = None
     edge: dict[str, Any] = {"markeredgecolor": "black", "linestyle": "none"}
     for line, (profile, style) in zip(panels, PROFILES.items(), strict=True):
-        own = table[table["profile"] == profile]
+        frame = table[table["profile"] == profile]
         for axes, (name, equation) in zip(line, EQUATIONS.items(), strict=True):
-            shown = _draw_map(axes, own[own["part"] == "map"], f"{name}_error", colours, norm)
-            points = own[own["part"] == "paper"]
+            shown = _draw_map(axes, frame[frame["part"] == "map"], f"{name}_error", colours, norm)
+            points = frame[frame["part"] == "paper"]
             axes.plot(
                 points["momentum_ratio"], points["duration_ratio"], "o", color="white", **edge
             )
@@ -318,9 +318,9 @@ def draw(table: pandas.DataFrame) -> Figure:
     return figure
 
 
-def _draw_map(axes: Axes, own: pandas.DataFrame, column: str, colours: Any, norm: Any) -> Any:
-    ratios, durations = _axes_of(own)
-    error = _on_grid(own, column)
+def _draw_map(axes: Axes, frame: pandas.DataFrame, column: str, colours: Any, norm: Any) -> Any:
+    ratios, durations = _axes_of(frame)
+    error = _on_grid(frame, column)
     axes.set(xscale="log", yscale="log", facecolor="0.6")
     shown = axes.pcolormesh(
         ratios, durations, np.ma.masked_invalid(error), cmap=colours, norm=norm, shading="nearest",

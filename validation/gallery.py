@@ -92,9 +92,9 @@ def table(texts: dict[str, str]) -> str:
     lines.append("|---|---|---|---|---|")
     for entry in GALLERY:
         head = re.sub(r"\n# ?", " ", texts[entry.name].partition("# ----")[0])
-        found = _HEAD.search(head)
-        assert found is not None, entry.name
-        lines.append(f"| `{entry.name}` | {entry.shows} | {' | '.join(found.groups())} |")
+        match = _HEAD.search(head)
+        assert match is not None, entry.name
+        lines.append(f"| `{entry.name}` | {entry.shows} | {' | '.join(match.groups())} |")
     return "\n".join(lines) + "\n\n"
 
 
@@ -104,5 +104,5 @@ def readme(texts: dict[str, str]) -> str:
 
 
 if __name__ == "__main__":
-    made = {entry.name: entry.text() for entry in GALLERY}
-    write_texts({**{FOLDER / name: text for name, text in made.items()}, README: readme(made)})
+    decks = {entry.name: entry.text() for entry in GALLERY}
+    write_texts({**{FOLDER / name: text for name, text in decks.items()}, README: readme(decks)})

@@ -111,8 +111,8 @@ class Judge:
 
     def batch(self, rtol: float, name: str = "") -> Outcome:
         """Run a batch, and compare."""
-        found = hc.peak_forces([self.scene], rtol)
-        peaks, stated = found.peak_force[0], float(found.error_estimate[0])
+        batch = hc.peak_forces([self.scene], rtol)
+        peaks, stated = batch.peak_force[0], float(batch.error_estimate[0])
         outcome = functools.partial(Outcome, **self.facts, run=name or f"batch {rtol:g}")
         return self._compared(functools.partial(outcome, step=math.nan), peaks, stated)
 

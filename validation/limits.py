@@ -240,8 +240,8 @@ def measure(quick: bool = False, with_lammps: bool = True) -> pandas.DataFrame:
 
 def rate(table: pandas.DataFrame, limit: Limit, backend: str) -> float:
     """The exponent with which the distance falls: a line through the logarithms."""
-    own = table[(table["limit"] == limit.name) & (table["value"] > 0)]
-    return float(np.polyfit(np.log(own["value"]), np.log(own[backend]), 1)[0])
+    frame = table[(table["limit"] == limit.name) & (table["value"] > 0)]
+    return float(np.polyfit(np.log(frame["value"]), np.log(frame[backend]), 1)[0])
 
 
 def promises(table: pandas.DataFrame) -> list[Row]:
@@ -255,8 +255,8 @@ def promises(table: pandas.DataFrame) -> list[Row]:
             what = f"{limit.name}: rate in {limit.parameter}"
             rows.append(row(what, backend, measured, limit.rate, limit.tolerance, reason))
         if "lammps" in backends:
-            own = table[(table["limit"] == limit.name) & (table["value"] > 0)]
-            off = float((own["lammps"] / own["native"] - 1).abs().max())
+            frame = table[(table["limit"] == limit.name) & (table["value"] > 0)]
+            off = float((frame["lammps"] / frame["native"] - 1).abs().max())
             what = f"{limit.name}: distance / native's - 1"
             rows.append(row(what, "lammps", off, 0.0, limit.agreement, limit.why_agreement))
     for name in THEMSELVES:
@@ -278,13 +278,13 @@ def draw(table: pandas.DataFrame) -> Figure:
     figure = new_figure(13, 6)
     panels = figure.subplots(2, 4).flat
     for axes, limit in zip(panels, LIMITS, strict=False):
-        own = table[(table["limit"] == limit.name) & (table["value"] > 0)]
-        value = own["value"].to_numpy()
-        law = own["native"].iloc[-1] * (value / value[-1]) ** limit.rate
+        frame = table[(table["limit"] == limit.name) & (table["value"] > 0)]
+        value = frame["value"].to_numpy()
+        law = frame["native"].iloc[-1] * (value / value[-1]) ** limit.rate
         axes.loglog(value, law, "-", color="0.7", linewidth=3, label="theory's exponent")
-        axes.loglog(value, own["native"], "o-", color="#000000", label="native", markersize=4)
+        axes.loglog(value, frame["native"], "o-", color="#000000", label="native", markersize=4)
         look: dict[str, Any] = {"color": "#0072B2", "fillstyle": "none", "markersize": 9}
-        axes.loglog(value, own["lammps"], "s", label="LAMMPS", **look)
+        axes.loglog(value, frame["lammps"], "s", label="LAMMPS", **look)
         axes.set_title(f"{limit.name}\nexponent {limit.rate:.4g}", fontsize="medium")
         axes.set_xlabel(limit.parameter)
         axes.set_xticks(value, labels=[f"{number:g}" for number in value])

@@ -127,17 +127,17 @@ def measure(quick: bool, _: bool) -> pandas.DataFrame:
 
 def drift(table: pandas.DataFrame, contender: str, quantity: str) -> FloatArray:
     """Return the relative change of a quantity since the first mark, at each mark."""
-    own = table.loc[table["contender"] == contender, quantity].to_numpy(np.float64)
-    return np.asarray(own / own[0] - 1)
+    values = table.loc[table["contender"] == contender, quantity].to_numpy(np.float64)
+    return np.asarray(values / values[0] - 1)
 
 
 def promises(table: pandas.DataFrame) -> list[Row]:
     """Return checks of every wave."""
     rows = []
     for name in dict.fromkeys(table["contender"]):
-        own = table[table["contender"] == name]
-        walk = float(np.finfo(np.float64).eps * np.sqrt(4 * largest(own["kicks"])))
-        off = largest(own["momentum"])
+        frame = table[table["contender"] == name]
+        walk = float(np.finfo(np.float64).eps * np.sqrt(4 * largest(frame["kicks"])))
+        off = largest(frame["momentum"])
         rows.append(row(f"{name}: momentum", "native", off, 0.0, walk, _WALK))
     for name, (energy, amplitude) in _BOUNDED.items():
         off = largest(drift(table, name, "energy"))
@@ -197,13 +197,13 @@ def draw(table: pandas.DataFrame) -> Figure:
     }
     for axes, (quantity, title) in zip(panels.flat, titles.items(), strict=False):
         for name, (colour, style) in _STYLES.items():
-            own = table[table["contender"] == name]
-            if own.empty:
+            frame = table[table["contender"] == name]
+            if frame.empty:
                 continue
-            off = own[quantity].to_numpy(np.float64)
+            off = frame[quantity].to_numpy(np.float64)
             if quantity not in ("momentum", "relation"):
                 off = drift(table, name, quantity)
-            granule = own["granule"].to_numpy(np.float64)
+            granule = frame["granule"].to_numpy(np.float64)
             seen = np.isfinite(off) & (off != 0)
             look: dict[str, Any] = {"color": colour, "label": name, "markersize": 5}
             axes.loglog(granule[seen], np.abs(off[seen]), style, **look)

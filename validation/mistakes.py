@@ -85,11 +85,11 @@ def peaks_of_samples_everywhere() -> Iterator[None]:
             options.pop(option, None)
         return simulate_in_numpy(*arguments, **options)
 
-    def of_prepared(one: Prepared, *arguments: Any, **options: Any) -> simulation.Simulation:
-        return in_numpy(one.scene, *arguments, **options)
+    def of_prepared(prepared: Prepared, *arguments: Any, **options: Any) -> simulation.Simulation:
+        return in_numpy(prepared.scene, *arguments, **options)
 
-    def peaks_alone(one: Prepared, *arguments: Any) -> Peaks:
-        return in_numpy(one.scene, *arguments).peaks
+    def peaks_alone(prepared: Prepared, *arguments: Any) -> Peaks:
+        return in_numpy(prepared.scene, *arguments).peaks
 
     with (
         peaks_of_samples(),

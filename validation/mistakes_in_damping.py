@@ -70,10 +70,10 @@ def half_the_mass_at_walls() -> AbstractContextManager[Any]:
     original = granules._contact_mass
 
     def changed(mass: FloatArray, contacts: int) -> FloatArray:
-        found = original(mass, contacts).copy()
+        masses = original(mass, contacts).copy()
         if contacts == mass.size:
-            found[-1] /= 2
-        return found
+            masses[-1] /= 2
+        return masses
 
     return patch.object(granules, "_contact_mass", changed)
 
@@ -130,10 +130,10 @@ def by_collision(mistake: DampingMistake) -> Row:
     """The known restitution of a collision; passes where the mistake is detected."""
     expected = restitution_of(mistake.law)
     with mistake.plant():
-        found = at_wall(mistake.law) if mistake.at_wall else of_two(mistake.law)
-    caught = not abs(found - expected) <= TOLERANCE
+        measured = at_wall(mistake.law) if mistake.at_wall else of_two(mistake.law)
+    caught = not abs(measured - expected) <= TOLERANCE
     who = "a granule and a wall" if mistake.at_wall else "two spheres"
-    return Row(mistake.what, f"{who}: restitution", found, expected, TOLERANCE, caught, PARTS)
+    return Row(mistake.what, f"{who}: restitution", measured, expected, TOLERANCE, caught, PARTS)
 
 
 def of_two(law: hc.Contact) -> float:

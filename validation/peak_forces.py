@@ -49,9 +49,9 @@ def measure(number: int, quick: bool, with_lammps: bool) -> pandas.DataFrame:
     for entry in paper_table(number):
         printed.setdefault(scene_name(entry), []).append(float(entry["error_percent"]))
     names = list(printed)[::3] if quick else list(printed)
-    found = simulate({name: load(name) for name in names}, f"Table {number}", with_lammps)
+    results = simulate({name: load(name) for name in names}, f"Table {number}", with_lammps)
     tables = []
-    for (name, backend), result in found.items():
+    for (name, backend), result in results.items():
         error = _errors_percent(result)
         contact = np.arange(2, max(error.size, len(printed[name])) + 2)
         entries = {
@@ -76,20 +76,20 @@ def _errors_percent(result: hc.Result) -> FloatArray:
 def promises(table: pandas.DataFrame) -> list[Row]:
     """Each error against what is printed, and the mean of what is between them."""
     rows = []
-    for (backend, name), own in table.groupby(["backend", "scene"], sort=False):
-        measured, expected = own["error_percent"].count(), own["paper_percent"].count()
+    for (backend, name), frame in table.groupby(["backend", "scene"], sort=False):
+        measured, expected = frame["error_percent"].count(), frame["paper_percent"].count()
         rows.append(row(f"{name}, entries", str(backend), measured, expected, 0.0, LENGTH))
         if not rows[-1].passed:
             continue
-        entries = zip(own["contact"], own["error_percent"], own["paper_percent"], strict=True)
+        entries = zip(frame["contact"], frame["error_percent"], frame["paper_percent"], strict=True)
         rows += [
             row(f"{name}, F_{contact}", str(backend), error, paper, 0.2, ENTRY)
             for contact, error, paper in entries
         ]
-    for backend, own in table.groupby("backend", sort=False):
-        if own["scene"].nunique() < SCENES:  # a few entries may be off by more
+    for backend, frame in table.groupby("backend", sort=False):
+        if frame["scene"].nunique() < SCENES:  # a few entries may be off by more
             continue
-        off = (own["error_percent"] - own["paper_percent"]).abs().mean()
+        off = (frame["error_percent"] - frame["paper_percent"]).abs().mean()
         rows.append(row("all entries, mean difference", str(backend), off, 0.0, 0.05, MEAN))
     return rows
 
@@ -101,14 +101,14 @@ def draw(title: str, table: pandas.DataFrame) -> Figure:
     figure = new_figure(9, 0.8 + 2.1 * rows, title)
     panels = figure.subplots(rows, 3, sharey=True, squeeze=False)
     for axes, name in zip(panels.flat, names, strict=False):
-        own = table[table["scene"] == name]
-        printed = own[own["backend"] == "native"]
+        frame = table[table["scene"] == name]
+        printed = frame[frame["backend"] == "native"]
         axes.bar(printed["contact"], printed["paper_percent"], color="0.8", label="paper")
         for backend, style in BACKENDS.items():
-            some = own[own["backend"] == backend]
+            some = frame[frame["backend"] == backend]
             axes.plot(some["contact"], some["error_percent"], **style)
         axes.set_title(name.replace("_", ", "), fontsize="small")
-        axes.set_xticks(own["contact"].unique())
+        axes.set_xticks(frame["contact"].unique())
         axes.grid(axis="y", alpha=0.3)
     for axes in panels[:, 0]:
         axes.set_ylabel("error of Eq. 6 [%]")

@@ -169,8 +169,8 @@ def with_wall_of_its_own(rng: np.random.Generator, scene: hc.Scene) -> hc.Scene:
     if law is None or wall is None:
         return scene
     factor = spread(rng, 1e-3, 10.0)
-    own = float(rng.uniform(0.1, 0.99)) if law.restitution else factor * law.parameter
-    return replace(scene, wall=wall.damped(law.with_parameter(own)))
+    parameter = float(rng.uniform(0.1, 0.99)) if law.restitution else factor * law.parameter
+    return replace(scene, wall=wall.damped(law.with_parameter(parameter)))
 
 
 def thrown(rng: np.random.Generator, scene: hc.Scene) -> hc.Scene:
@@ -226,8 +226,8 @@ def with_near_wall(rng: np.random.Generator, scene: hc.Scene) -> hc.Scene:
         near = replace(near, gap=unit.length * spread(rng, 0.01, 1.0))
     if law is not None and rng.random() < 0.5:
         factor = spread(rng, 0.1, 10.0)
-        own = float(rng.uniform(0.1, 0.99)) if law.restitution else factor * law.parameter
-        near = near.damped(law.with_parameter(own))
+        parameter = float(rng.uniform(0.1, 0.99)) if law.restitution else factor * law.parameter
+        near = near.damped(law.with_parameter(parameter))
     if scene.shock.impact_velocity is None:
         with suppress(HertzchainError):  # granules next to both walls, or that meet nothing
             return replace(scene, near_wall=near)
@@ -248,8 +248,8 @@ def _with_terms(rng: np.random.Generator, longest: int) -> hc.Scene:
     chain = hc.Chain(granules, **_unlike(rng, granules))
     wall = _wall(rng, chain) if rng.random() < 0.5 else None
     first = chain.radius[0] if isinstance(chain.radius, tuple) else chain.radius
-    own = {"radius": first * _around(rng, 3.0)} if rng.random() < 0.5 else {}
-    striker = hc.Striker(1.0, **own) if rng.random() < 0.33 else None
+    striker_keys = {"radius": first * _around(rng, 3.0)} if rng.random() < 0.5 else {}
+    striker = hc.Striker(1.0, **striker_keys) if rng.random() < 0.33 else None
     each = granules_of(chain, striker, wall, None, None)
     # The largest load presses the weakest contact into its smaller granule by this part of it.
     depth = spread(rng, 1e-6, 3e-3)

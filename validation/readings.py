@@ -166,15 +166,15 @@ def ejected(
 def delta_l(case: Simulated) -> dict[str, float]:
     """Delta L over L_Applied(t0_hat), read in several ways; for LM_ratio below 1."""
     unit = theory.unit_rise_time(case.scene.chain, case.pulse)
-    own, n = pulse_of(case.scene)[1], case.pulse.duration_ratio
-    less, end = unit - own, n * unit
+    rise_time, n = pulse_of(case.scene)[1], case.pulse.duration_ratio
+    less, end = unit - rise_time, n * unit
     return {
         "twice the last t0_hat - t0 of the pulse of t0_hat": ejected(case, end - less, end),
         "the same, not doubled": ejected(case, end - less, end, 1.0),
         "twice the last n (t0_hat - t0) of it": ejected(case, end - n * less, end),
         "twice the first t0_hat - t0 of it": ejected(case, 0, less),
         "twice the last t0_hat - t0 of the pulse of t0": ejected(
-            case, max(n * own - less, 0.0), n * own, rise_time=own
+            case, max(n * rise_time - less, 0.0), n * rise_time, rise_time=rise_time
         ),
         "none": 0.0,
     }

@@ -43,16 +43,16 @@ def largest(values: ArrayLike) -> float:
 
     Pandas' own ``max`` leaves out what could not be measured. NaN of no values, too.
     """
-    known = np.abs(np.asarray(values, np.float64))
-    return float(np.max(known)) if known.size else float("nan")
+    sizes = np.abs(np.asarray(values, np.float64))
+    return float(np.max(sizes)) if sizes.size else float("nan")
 
 
 def ends(values: ArrayLike) -> tuple[float, float]:
     """The lowest and the highest of some values; both NaN where one is, or where there is none."""
-    known = np.asarray(values, np.float64)
-    if not known.size:
+    array = np.asarray(values, np.float64)
+    if not array.size:
         return float("nan"), float("nan")
-    return float(np.min(known)), float(np.max(known))
+    return float(np.min(array)), float(np.max(array))
 
 
 RAN = "every scene has to run"

@@ -105,8 +105,8 @@ def to_dict(outcomes: Sequence[Outcome]) -> dict[str, object]:
     """Return all outcomes as a JSON object."""
     scripts = []
     for outcome in outcomes:
-        own = outcome.script
-        said = {"title": own.title, "question": own.question, "oracles": own.oracles}
+        script = outcome.script
+        said = {"title": script.title, "question": script.question, "oracles": script.oracles}
         scripts.append(
             {"name": outcome.name} | said
             | {"seconds": outcome.seconds, "rows": as_json(outcome.rows)}

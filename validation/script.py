@@ -169,16 +169,16 @@ def draw_rows(rows: Sequence[Row]) -> Figure:
 
     Rows without a tolerance have to be met exactly and are left out.
     """
-    known = [entry for entry in rows if entry.tolerance > 0]
-    times = [abs(entry.measured - entry.expected) / entry.tolerance for entry in known]
-    figure = new_figure(8, 1.2 + 0.16 * len(known))
+    entries = [entry for entry in rows if entry.tolerance > 0]
+    times = [abs(entry.measured - entry.expected) / entry.tolerance for entry in entries]
+    figure = new_figure(8, 1.2 + 0.16 * len(entries))
     axes = figure.subplots()
-    colours = ["#0072B2" if entry.passed else "#D55E00" for entry in known]
-    axes.scatter(np.clip(times, 1e-6, None), range(len(known)), 16, colours)
+    colours = ["#0072B2" if entry.passed else "#D55E00" for entry in entries]
+    axes.scatter(np.clip(times, 1e-6, None), range(len(entries)), 16, colours)
     axes.axvline(1.0, color="0.4", linewidth=0.8)
-    labels = [f"{entry.what} ({entry.backend})" for entry in known]
-    axes.set_yticks(range(len(known)), labels=labels, fontsize=6)
-    axes.set(xscale="log", ylim=(len(known) - 0.4, -0.6))
+    labels = [f"{entry.what} ({entry.backend})" for entry in entries]
+    axes.set_yticks(range(len(entries)), labels=labels, fontsize=6)
+    axes.set(xscale="log", ylim=(len(entries) - 0.4, -0.6))
     axes.set_xlabel("difference, in units of the tolerance")
     axes.grid(axis="x", alpha=0.3)
     return figure

@@ -65,9 +65,9 @@ Found = dict[tuple[str, str], hc.Result]
 """A result for each (name of the scene, backend)."""
 
 
-def of_scene(found: Found, name: str) -> dict[str, hc.Result]:
+def of_scene(results: Found, name: str) -> dict[str, hc.Result]:
     """The results of one scene, by backend."""
-    return {backend: result for (scene, backend), result in found.items() if scene == name}
+    return {backend: result for (scene, backend), result in results.items() if scene == name}
 
 
 def load(name: str) -> hc.Scene:
@@ -83,13 +83,13 @@ def simulate(
     LAMMPS takes steps small enough for 1e-6 by default. The progress bar has a label. RunFailed
     names the scene that did not run.
     """
-    found: Found = {}
+    results: Found = {}
     with Child() as child:
         for name, scene in progress(scenes.items(), label):
             try:
-                found[name, "native"] = hc.Native("reference").run(scene)
+                results[name, "native"] = hc.Native("reference").run(scene)
                 if with_lammps:
-                    found[name, "lammps"] = run_in(child, lammps or hc.Lammps(), scene)
+                    results[name, "lammps"] = run_in(child, lammps or hc.Lammps(), scene)
             except hc.HertzchainError as problem:
                 raise RunFailed(f"{name}: {problem}") from None
-    return found
+    return results

@@ -29,12 +29,12 @@ def measure(quick: bool, with_lammps: bool) -> pandas.DataFrame:
     entries = paper_table(2)
     names = [scene_name(entry) for entry in entries]
     scenes = {name: load(name) for name in names}
-    found = simulate(scenes, TITLE, with_lammps and not quick)
+    results = simulate(scenes, TITLE, with_lammps and not quick)
     if quick:
         some = {names[k]: scenes[names[k]] for k in (1, 2, 5)}
-        found |= simulate(some, TITLE, with_lammps)
+        results |= simulate(some, TITLE, with_lammps)
     rows = []
-    for (name, backend), result in found.items():
+    for (name, backend), result in results.items():
         p, wave_force = result.transition_granules, result.solitary_wave.peak_force
         by_eq3 = None if wave_force is None else eq3(result.scene, wave_force)
         entry = entries[names.index(name)]
@@ -53,10 +53,10 @@ def promises(table: pandas.DataFrame) -> list[Row]:
     """Compare both p with the printed ones."""
     rows = []
     for entry in table.to_dict("records"):
-        name, backend, found, printed = _READ(entry)
+        name, backend, measured, printed = _READ(entry)
         rows.append(row(f"{name}, p simulated", backend, entry["p"], entry["paper_p"], 0.0, EXACT))
-        passed = round(found, 1) == printed or abs(found - printed) <= 0.05
-        rows.append(Row(f"{name}, p by Eq. 3", backend, found, printed, 0.05, passed, PRINTED))
+        passed = round(measured, 1) == printed or abs(measured - printed) <= 0.05
+        rows.append(Row(f"{name}, p by Eq. 3", backend, measured, printed, 0.05, passed, PRINTED))
     return rows
 
 
@@ -74,11 +74,11 @@ def draw(table: pandas.DataFrame) -> Figure:
         look: dict[str, Any] = {"color": colour, "markersize": 26, "label": paper}
         axes.plot(place + shift, printed[f"paper_{column}"], "_", **look)
         for backend, style in BACKENDS.items():
-            own = table[table["backend"] == backend]
-            where = np.array([names.index(name) for name in own["scene"]])
+            frame = table[table["backend"] == backend]
+            where = np.array([names.index(name) for name in frame["scene"]])
             label = style["label"] if column == "p" else f"Eq. 3 with F_SW of {style['label']}"
             marker = style["marker"] if column == "p" else {"o": "^", "s": "D"}[style["marker"]]
-            axes.plot(where + shift, own[column], **(style | {"label": label, "marker": marker}))
+            axes.plot(where + shift, frame[column], **(style | {"label": label, "marker": marker}))
     axes.set_xticks(place, labels=[name.replace("_", "\n", 1) for name in names], fontsize="small")
     axes.set(ylabel="p, granules", title=TITLE)
     axes.grid(axis="y", alpha=0.3)

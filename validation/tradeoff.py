@@ -45,10 +45,10 @@ def measure(quick: bool, _: bool) -> pandas.DataFrame:
     with Child() as child:
         for name in progress(names[:1] if quick else names, TITLE):
             how = functools.partial(tradeoff, load(name), enough=0.0 if quick else ENOUGH)
-            one: Tradeoff = child.call(how, time_limit=LONGEST)
-            if one.missing:
-                raise BackendMissing("; ".join(one.remarks))
-            table = one.to_frame().assign(truth_error=one.truth_error)
+            outcome: Tradeoff = child.call(how, time_limit=LONGEST)
+            if outcome.missing:
+                raise BackendMissing("; ".join(outcome.remarks))
+            table = outcome.to_frame().assign(truth_error=outcome.truth_error)
             table.insert(0, "scene", name)
             tables.append(table)
     return pandas.concat(tables, ignore_index=True)
@@ -64,24 +64,24 @@ def promises(table: pandas.DataFrame) -> list[Row]:
     tightest = table[(table["engine"] == "SciPy") & (table["rtol"] == table["rtol"].min())]
     worst = tightest["error"].max()
     rows.append(row("the truth by DOP853, worst scene", "SciPy", worst, 0.0, 1e-9, OTHER))
-    known = table["truth_error"].max()
-    rows.append(row("what is known of the truth", "native", known, 0.0, 1e-11, KNOWN))
+    error = table["truth_error"].max()
+    rows.append(row("what is known of the truth", "native", error, 0.0, 1e-11, KNOWN))
     return rows
 
 
 def draw(table: pandas.DataFrame) -> Figure:
     """Draw error against time: medians of the scenes, and the range of their errors."""
-    return plot_tradeoff([_of(str(name), own) for name, own in table.groupby("scene", sort=False)])
+    return plot_tradeoff([_of(str(key), some) for key, some in table.groupby("scene", sort=False)])
 
 
-def _of(name: str, own: pandas.DataFrame) -> Tradeoff:
+def _of(name: str, frame: pandas.DataFrame) -> Tradeoff:
     """The rows of a scene, as they were measured."""
-    entries = own.rename(columns={"step_s": "step", "wall_time_s": "wall_time"})
+    entries = frame.rename(columns={"step_s": "step", "wall_time_s": "wall_time"})
     names = [field.name for field in fields(Setting)]
     # What a setting does not have is NaN in a table.
     records = entries[names].astype(object).where(entries[names].notna(), None).to_dict("records")
-    rows = tuple(Setting(**{str(key): value for key, value in one.items()}) for one in records)
-    return Tradeoff(load(name), rows, float(own["truth_error"].iloc[0]), False, ())
+    rows = tuple(Setting(**{str(key): value for key, value in row.items()}) for row in records)
+    return Tradeoff(load(name), rows, float(frame["truth_error"].iloc[0]), False, ())
 
 
 SCRIPT = Script(

@@ -85,7 +85,7 @@ def in_transition(
     table = table[table["momentum_ratio"] != 1]
     inside = table["contact"] <= table["p"] + beyond
     groups = table[inside].groupby(["profile", "momentum_ratio", "backend"], sort=False)
-    return pandas.concat([add(own) for _, own in groups], ignore_index=True)
+    return pandas.concat([add(frame) for _, frame in groups], ignore_index=True)
 
 
 @functools.cache
@@ -112,9 +112,9 @@ def _swept(backend: hc.Native | hc.Lammps, ratios: tuple[float, ...]) -> pandas.
 
 def by_scene(table: pandas.DataFrame, backend: str) -> dict[str, pandas.DataFrame]:
     """Return a backend's results for each scene, by the scene's name in rows."""
-    own = table[table["backend"] == backend]
-    names = [name(*key) for key in zip(own["profile"], own["momentum_ratio"], strict=True)]
-    return {str(scene): some for scene, some in own.groupby(np.array(names, object), sort=False)}
+    frame = table[table["backend"] == backend]
+    names = [name(*key) for key in zip(frame["profile"], frame["momentum_ratio"], strict=True)]
+    return {str(scene): some for scene, some in frame.groupby(np.array(names, object), sort=False)}
 
 
 def found_by_both(
@@ -122,9 +122,9 @@ def found_by_both(
 ) -> Iterator[tuple[str, pandas.DataFrame, pandas.DataFrame]]:
     """Yield the name of each scene run by both backends, with native's and LAMMPS's results."""
     native = by_scene(table, "native")
-    for scene, own in by_scene(table, "lammps").items():
+    for scene, frame in by_scene(table, "lammps").items():
         if scene in native:
-            yield scene, native[scene], own
+            yield scene, native[scene], frame
 
 
 def name(profile: str, momentum_ratio: float) -> str:

@@ -23,11 +23,11 @@ def answers(
     scene: hc.Scene, with_lammps: bool, record: ArrayLike | None = None, step: float = LAMMPS_STEP
 ) -> dict[str, hc.Result]:
     """The result of each backend for a scene: native to 1e-9, LAMMPS extrapolated."""
-    found = {"native": hc.Native(rtol=1e-9).run(scene, record)}
+    results = {"native": hc.Native(rtol=1e-9).run(scene, record)}
     if with_lammps:
         lammps = hc.Lammps(step * scene.contact_time, extrapolated=record is None)
-        found["lammps"] = lammps.run(scene, record)
-    return found
+        results["lammps"] = lammps.run(scene, record)
+    return results
 
 
 def steel(granules: int, **different: Any) -> hc.Chain:

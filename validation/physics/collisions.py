@@ -56,7 +56,7 @@ def lammps_deck(option: Option, number: float, step: float) -> str:
     """Deck for any LAMMPS."""
     dt, steps = steps_of(step)
     each = SCENE.granules
-    (one, other), widest = each.radius.tolist(), 4 * float(each.radius.max())
+    (first, other), widest = each.radius.tolist(), 4 * float(each.radius.max())
     modulus, poisson = float(each.young_modulus[0]), float(each.poisson_ratio[0])
     law = f"hertz/material {modulus!r} {number!r} {poisson!r} {NO_FRICTION} {option.words}"
     return f"""\
@@ -69,13 +69,13 @@ comm_modify vel yes
 region box block {-widest!r} {2 * widest!r} {-widest!r} {widest!r} {-widest!r} {widest!r}
 create_box 1 box
 create_atoms 1 single 0.0 0.0 0.0
-create_atoms 1 single {one + other!r} 0.0 0.0
-set atom 1 diameter {2 * one!r}
+create_atoms 1 single {first + other!r} 0.0 0.0
+set atom 1 diameter {2 * first!r}
 set atom 2 diameter {2 * other!r}
 set group all density {float(each.density[0])!r}
 pair_style granular
 pair_coeff * * {law}
-neighbor {one / 2!r} bin
+neighbor {first / 2!r} bin
 neigh_modify delay 0 every 1 check yes
 group first id 1
 velocity first set {SCENE.shock.start_velocity!r} 0.0 0.0
@@ -99,7 +99,7 @@ def liggghts_deck(option: Option, number: float, step: float) -> str:
     """Deck for LIGGGHTS."""
     dt, steps = steps_of(step)
     each = SCENE.granules
-    (one, other), widest = each.radius.tolist(), 4 * float(each.radius.max())
+    (first, other), widest = each.radius.tolist(), 4 * float(each.radius.max())
     density, limit = float(each.density[0]), "off" if option.pulls else "on"
     return f"""\
 units si
@@ -112,10 +112,10 @@ hard_particles yes
 region box block {-widest!r} {2 * widest!r} {-widest!r} {widest!r} {-widest!r} {widest!r} units box
 create_box 1 box
 create_atoms 1 single 0.0 0.0 0.0 units box
-create_atoms 1 single {one + other!r} 0.0 0.0 units box
-set atom 1 diameter {2 * one!r} density {density!r}
+create_atoms 1 single {first + other!r} 0.0 0.0 units box
+set atom 1 diameter {2 * first!r} density {density!r}
 set atom 2 diameter {2 * other!r} density {density!r}
-neighbor {one / 2!r} bin
+neighbor {first / 2!r} bin
 neigh_modify delay 0
 fix modulus all property/global youngsModulus peratomtype {float(each.young_modulus[0])!r}
 fix poisson all property/global poissonsRatio peratomtype {float(each.poisson_ratio[0])!r}
@@ -137,14 +137,14 @@ def yade_script(option: Option, number: float, step: float) -> str:
     """Script for Yade."""
     dt, steps = steps_of(step)
     each = SCENE.granules
-    one, other = each.radius.tolist()
+    first, other = each.radius.tolist()
     modulus, poisson = float(each.young_modulus[0]), float(each.poisson_ratio[0])
     return f"""\
 material = FrictMat(
     young={modulus!r}, poisson={poisson!r}, density={float(each.density[0])!r}, frictionAngle=0.0
 )
-O.bodies.append(sphere((0, 0, 0), {one!r}, material=material))
-O.bodies.append(sphere(({one + other!r}, 0, 0), {other!r}, material=material))
+O.bodies.append(sphere((0, 0, 0), {first!r}, material=material))
+O.bodies.append(sphere(({first + other!r}, 0, 0), {other!r}, material=material))
 O.bodies[0].state.vel = ({SCENE.shock.start_velocity!r}, 0, 0)
 O.engines = [
     ForceResetter(),
@@ -171,10 +171,10 @@ def by_program(program: str, *arguments: str) -> Parted:
         with work_folder(program) as folder:
             file = "in.py" if "yade" in program else "in.deck"
             (folder / file).write_text(deck, encoding="utf-8")
-            found = find_program(program, "install it")
+            path = find_program(program, "install it")
             # Yade's own Python cannot use the modules of this one.
             said = run_program(
-                [found, *arguments, file], Path(folder), deadline, program, PYTHONPATH=""
+                [path, *arguments, file], Path(folder), deadline, program, PYTHONPATH=""
             )
         values = re.findall(rf"^{_SAID}(\S+)", said, re.MULTILINE)
         if len(values) != 1:

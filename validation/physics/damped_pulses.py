@@ -86,22 +86,22 @@ def front(contact: hc.Contact) -> tuple[float, float, float]:
 
     Between two times the front has passed from about contact 160 to 200.
     """
-    found = []
+    results = []
     chain = steel(_GRANULES)
     unit = hc.Scene(chain, hc.PulseTable((0.0, 1.0), (FORCE, FORCE))).units.time
     end = 210.0 * unit
     pulse = hc.PulseTable((0.0, 2 * end), (FORCE, FORCE))
     for stop in (170.0 * unit, end):
         scene = hc.Scene(chain, pulse, hc.Run(stop), contact=contact)
-        found.append(hc.Native(rtol=1e-9).run(scene))
-    before, after = (result.balance for result in found)
+        results.append(hc.Native(rtol=1e-9).run(scene))
+    before, after = (result.balance for result in results)
     share = (after.dissipated - before.dissipated) / (after.work - before.work)
     time = np.linspace(130.0, 209.0, 4001)
     force = history_of(hc.Native(rtol=1e-9).run(scene, time * unit)).contact_force
     # The front arrives where the force first is half of F0.
     arrived = [float(np.interp(0.5 * FORCE, *_rise(force[:, k], time))) for k in (140, 190)]
     speed = 50 / (arrived[1] - arrived[0])
-    return speed, share, float(found[1].peak_force[190]) / FORCE
+    return speed, share, float(results[1].peak_force[190]) / FORCE
 
 
 def _rise(force: Any, time: Any) -> tuple[Any, Any]:

@@ -120,21 +120,21 @@ def promises(table: pandas.DataFrame) -> list[Row]:
         expected = decay_coefficient(q)
         rows.append(row(f"{law}: G of the exact wave", "theory", expected, given, 5.1e-7, _DIGIT))
         some = table[table["law"] == law].sort_values("x")
-        x, found = some["x"].to_numpy(), (some["lost"] / some["x"]).to_numpy()
-        at_zero = float(np.polyfit(x, found, x.size - 1)[-1])
+        x, ratio = some["x"].to_numpy(), (some["lost"] / some["x"]).to_numpy()
+        at_zero = float(np.polyfit(x, ratio, x.size - 1)[-1])
         what = f"{law}: G without damping"
         rows.append(row(what, "native", at_zero, expected, 1e-6 * expected, _LIMIT))
         what = f"{law}: G with the weakest damping"
-        rows.append(row(what, "native", found[0], expected, 1e-4 * expected, _WEAKEST))
-        missing = expected - found[:2]
+        rows.append(row(what, "native", ratio[0], expected, 1e-4 * expected, _WEAKEST))
+        missing = expected - ratio[:2]
         order = math.log(abs(missing[1] / missing[0])) / math.log(x[1] / x[0])
         rows.append(row(f"{law}: order in x", "native", order, 1.0, 0.005, _FIRST))
     for e in RESTITUTIONS:
         some = table[table["law"] == f"e = {e:g}"].set_index("contact")
         if e >= 0.95 and len(some):
-            here, before = some["lost"].loc[[90, 50]]
+            later, before = some["lost"].loc[[90, 50]]
             what = f"restitution {e:g}: lost at contact 90 / 50"
-            rows.append(row(what, "native", here / before, 1.0, 1e-5, _SIMILAR))
+            rows.append(row(what, "native", later / before, 1.0, 1e-5, _SIMILAR))
     return rows
 
 

@@ -96,11 +96,11 @@ def _two_spheres(name: str, velocity: float) -> Iterator[Number]:
     F_max = 1.143262630 m*^(3/5) v^(6/5) A^(2/5), and the duration is 2.943275184 d_max / v.
     """
     scene = hc.Scene(steel(2, **PAIRS[name]), hc.Striker(velocity))
-    (one, other), what = scene.granules.mass.tolist(), f"{name}, {velocity:g} m/s"
+    (first, other), what = scene.granules.mass.tolist(), f"{name}, {velocity:g} m/s"
     mass, stiffness = scene.granules.contact_mass[0], scene.granules.stiffness[0]
     force = float(1.1432626298 * mass**0.6 * velocity**1.2 * stiffness**0.4)
     time = float(2.943275184 * (force / stiffness) ** (2 / 3) / velocity)
-    after = (one - other) / (one + other), 2 * one / (one + other)
+    after = (first - other) / (first + other), 2 * first / (first + other)
     yield Number(f"{what}: peak / F_max", 1, scene, peak_of(0, force), _CLOSED, 1e-9, 1e-6)
     yield Number(f"{what}: duration / closed form", 1, scene, duration_of(time), _TIME, 1e-7, 1e-7)
     for k, part in enumerate(after, 1):
@@ -110,12 +110,12 @@ def _two_spheres(name: str, velocity: float) -> Iterator[Number]:
 
 def _striker(mass: float) -> Iterator[Number]:
     """First contact and far field of a chain of 80 granules, natural units of the striker."""
-    (*known, of_first, of_far), unit = STRIKERS[mass], units_of(1.0)
+    (*forces, of_first, of_far), unit = STRIKERS[mass], units_of(1.0)
     scene = hc.Scene(steel(80), hc.Striker(1.0, density=mass * STEEL["density"]))
     places, limits = (("first contact", 0), ("far field", _FAR)), (of_first, of_far)
-    for (what, place), force, limit in zip(places, known, limits, strict=True):
-        name, found = f"striker of mass {mass:g}: {what}", peak_of(place, unit.force)
-        yield Number(name, force, scene, found, _DIGIT, limit, max(limit, _OF_LAMMPS))
+    for (what, place), force, limit in zip(places, forces, limits, strict=True):
+        name, peak = f"striker of mass {mass:g}: {what}", peak_of(place, unit.force)
+        yield Number(name, force, scene, peak, _DIGIT, limit, max(limit, _OF_LAMMPS))
     if mass == 1.0:
         name = "striker of mass 1: its velocity at the end"
         yield Number(name, -0.0710850, scene, velocity_of(1), _DIGIT_OF_MOTION, 5e-8, 1e-5)
@@ -126,9 +126,9 @@ def _taper(taper: float, granules: int) -> Iterator[Number]:
     radius = [5e-3 * (1 - taper) ** k for k in range(granules)]
     scene = hc.Scene(steel(granules, radius=radius, gap=1e-4), hc.Striker(1.0))
     expected = math.prod(2 * a**3 / (a**3 + b**3) for a, b in itertools.pairwise(radius))
-    what, known = f"taper of {taper:g} with gaps, N {granules}", TAPERS[taper, granules]
-    if known is not None:
-        yield Number(f"{what}: product", known, None, lambda _: expected, _DIGIT, 5e-11)
+    what, product = f"taper of {taper:g} with gaps, N {granules}", TAPERS[taper, granules]
+    if product is not None:
+        yield Number(f"{what}: product", product, None, lambda _: expected, _DIGIT, 5e-11)
     name, limits = f"{what}: last / first velocity", (1e-9 * expected, 1e-5 * expected)
     yield Number(name, expected, scene, velocity_of(granules), _BINARY, *limits)
 
@@ -162,16 +162,16 @@ def _reflected(result: hc.Result) -> float:
 def _piston() -> Iterator[Number]:
     """A granule that a piston hits, and the train of waves ahead of one in a chain at rest."""
     unit, scene = units_of(1.0), hc.Scene(steel(2), hc.Piston(1.0))
-    what, found = "piston on a granule", peak_of(0, unit.force)
-    yield Number(f"{what}: F", 1.25**0.6, scene, found, _CLOSED, 1e-9, 1e-6)
+    what, peak = "piston on a granule", peak_of(0, unit.force)
+    yield Number(f"{what}: F", 1.25**0.6, scene, peak, _CLOSED, 1e-9, 1e-6)
     yield Number(f"{what}: velocity", 2.0, scene, velocity_of(2), _BINARY, 1e-8, 1e-5)
     scene = hc.Scene(steel(30), hc.Piston(1.0))
     for contact, force in PISTON.items():
-        what, found = (
+        what, peak = (
             f"piston on a chain at rest: contact {contact}",
             peak_of(contact - 2, unit.force),
         )
-        yield Number(what, force, scene, found, _DIGIT, 5.1e-9, 5e-7)
+        yield Number(what, force, scene, peak, _DIGIT, 5.1e-9, 5e-7)
 
 
 def numbers() -> list[Number]:

@@ -96,8 +96,8 @@ def _slow_piston(with_lammps: bool) -> list[Row]:
     scene = hc.Scene(steel(40), hc.Piston(velocity), end, precompression=PRESSED)
     waves = np.array([[passed_on(j, float(t)) for j in range(12)] for t in time])
     for backend, result in answers(scene, with_lammps, time / w0).items():
-        found = history_of(result).velocity[:, :12] / velocity
-        off = float(np.max(np.abs(found - waves)))
+        ratio = history_of(result).velocity[:, :12] / velocity
+        off = float(np.max(np.abs(ratio - waves)))
         limit, reason = 2 * STRENGTH, _LINEAR
         if backend == "lammps":
             limit, reason = limit + 1.5e-4, f"{reason}; {_DELAYED}"
@@ -124,11 +124,11 @@ def _evanescent() -> list[Row]:
         history = history_of(hc.Native(rtol=1e-9).run(scene, time))
         wave = np.exp(2j * ratio * w0 * time) * np.sin(np.pi * share) ** 2
         parts = np.abs(wave @ history.velocity[:, :3])
-        found = float(np.mean(np.log(parts[:-1] / parts[1:])))
+        rate = float(np.mean(np.log(parts[:-1] / parts[1:])))
         expected = 2 * math.acosh(ratio)
         reason = "what is left of the beginning, and of the curvature of Hertz's law"
         what = f"kappa at {ratio:g} cut-offs"
-        rows.append(row(what, "native", found, expected, 3e-5 * expected, reason))
+        rows.append(row(what, "native", rate, expected, 3e-5 * expected, reason))
     return rows
 
 
@@ -151,8 +151,8 @@ def modes(time: FloatArray, velocity: FloatArray) -> FloatArray:
     inner = power[1:-1]
     high = (inner > power[:-2]) & (inner > power[2:]) & (inner > _LEAST * np.max(power))
     at = np.nonzero(high)[0] + 1
-    before, here, after = (np.log(power[at + k]) for k in (-1, 0, 1))
-    places = at + 0.5 * (before - after) / (before - 2 * here + after)
+    before, middle, after = (np.log(power[at + k]) for k in (-1, 0, 1))
+    places = at + 0.5 * (before - after) / (before - 2 * middle + after)
     return np.asarray(line * places)
 
 
@@ -163,9 +163,9 @@ def _bands(with_lammps: bool) -> Iterator[Row]:
     time = np.linspace(0.0, end, SAMPLES)
     # Half of LAMMPS's usual steps are shifts of 1e-5 of a frequency.
     for backend, result in answers(_dimer(end), with_lammps, time, 0.02).items():
-        found = modes(time, history_of(result).velocity)
+        rates = modes(time, history_of(result).velocity)
         middle = math.sqrt(expected[0] * expected[1])
-        lower, upper = found[found < middle], found[found > middle]
+        lower, upper = rates[rates < middle], rates[rates > middle]
         ends = {
             "top of the lower band": _end(lower[-1], lower[-2]),
             "bottom of the upper band": _end(upper[0], upper[1]),

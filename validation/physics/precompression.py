@@ -73,8 +73,8 @@ def compare(quick: bool, with_lammps: bool) -> list[Row]:
     rows = []
     for ratio, expected in SPEEDS.items():
         if not quick or ratio in (2, 100):
-            what, found = f"exact wave of {ratio:g} F_pre: speed / sound", wave_speed(ratio)
-            rows.append(row(what, "theory", found, expected, 5.1e-8, _TABLE))
+            what, speed = f"exact wave of {ratio:g} F_pre: speed / sound", wave_speed(ratio)
+            rows.append(row(what, "theory", speed, expected, 5.1e-8, _TABLE))
     for velocity, granules in STRIKERS.items():
         if not quick or velocity == 2.0:
             rows += _in_a_chain(velocity, granules, with_lammps and velocity == 2.0 and not quick)
@@ -95,16 +95,16 @@ def _in_a_chain(velocity: float, granules: int, with_lammps: bool) -> list[Row]:
     scene = hc.Scene(steel(granules), hc.Striker(velocity), end, precompression=pressed)
     rows = []
     for backend, result in chains.answers(scene, with_lammps).items():
-        here, there = result.peak_time[[-60, -40]]
+        start, there = result.peak_time[[-60, -40]]
         ratio = float(result.peak_force[-50]) / FORCE
-        found = 20 / (there - here) / sound()
+        speed = 20 / (there - start) / sound()
         what = f"striker of {velocity:g} m/s: speed / sound at {ratio:.4g} F_pre"
         limit, reason = 2e-9, _SETTLED
         if backend == "lammps":
             limit, reason = 1e-7, f"{_SETTLED}; {EXTRAPOLATED}"
-        rows.append(row(what, backend, found, wave_speed(ratio), limit, reason))
+        rows.append(row(what, backend, speed, wave_speed(ratio), limit, reason))
         what, expected = f"{what}, long waves", long_wave_speed(ratio)
-        rows.append(row(what, backend, found, expected, 0.012 * expected, _LONG))
+        rows.append(row(what, backend, speed, expected, 0.012 * expected, _LONG))
     return rows
 
 

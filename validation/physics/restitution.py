@@ -78,12 +78,12 @@ def _naturals(option: Option) -> tuple[float, dict[float, float]]:
     """Return the exponent q and c in natural units by the numbers of an option, a coefficient."""
     spheres = collision_of(SCENE)
     exponent = VISCOELASTIC if "viscoelastic" in option.words else DASHPOT
-    one = {
+    unit = {
         "velocity": 1.0,
         "mass_velocity": spheres.mass,
         "viscoelastic": spheres.mass * float(SCENE.granules.contact_radius[0]) ** 0.5,
     }[option.words.split()[1]] / spheres.unit(exponent)
-    return exponent, {number: number * one for number in COEFFICIENTS[option.words]}
+    return exponent, {number: number * unit for number in COEFFICIENTS[option.words]}
 
 
 def restitutions(option: Option) -> dict[float, float]:
@@ -150,9 +150,9 @@ OTHERS: dict[str, tuple[Deck, Parted]] = {
 def measured(option: Option, deck: Deck, parted: Parted, quick: bool) -> Iterator[Row]:
     """Yield rows of an option for two numbers; the quick form leaves one out."""
     for number, expected in list(restitutions(option).items())[: 1 if quick else 2]:
-        found = parted(deck(option, number, STEPS[option.code])) / SCENE.shock.start_velocity
+        measured = parted(deck(option, number, STEPS[option.code])) / SCENE.shock.start_velocity
         what = f"{option.words}, {number:.6g}"
-        yield row(what, option.code.lower(), found, expected, 1e-4, _ENGINE)
+        yield row(what, option.code.lower(), measured, expected, 1e-4, _ENGINE)
 
 
 SCRIPT = Script(
