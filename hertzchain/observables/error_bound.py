@@ -24,8 +24,8 @@ from hertzchain.scene.terms import DAMPING, Contact
 _SHORTEST_CHAIN = 5.0  # granules over LM_ratio; collisions repeat below: 1.6 times the bound at 4.2
 
 SHORT = 0.1  # natural time units; at shorter steps the error of every method is below round-off
-_STRONGEST = 1e6  # rate of dampers over that of contacts (chosen); at 1e4 many runs do not progress
-_SURELY_STABLE = 0.85  # fraction of the longest stable step: contacts under 2.2 F0 are stiffer
+_MOST_DAMPER_RATE = 1e6  # over that of contacts (chosen); at 1e4 many runs do not progress
+_STABLE_STEP_RATIO = 0.85  # fraction of the longest stable step: contacts under 2.2 F0 are stiffer
 
 
 def is_short(momentum_ratio: Any, granules: Any) -> Any:
@@ -160,7 +160,7 @@ def coarser_run(legs: Sequence[Leg], stable: float, order: int = 2) -> SecondRun
     step to the power ``order``.
     """
     longest = max(leg.dt for leg in legs)
-    if min(leg.steps for leg in legs) < 3 or 1.5 * longest > _SURELY_STABLE * stable:
+    if min(leg.steps for leg in legs) < 3 or 1.5 * longest > _STABLE_STEP_RATIO * stable:
         thrice = tuple(leg.in_steps(3 * leg.steps) for leg in legs)
         return SecondRun(thrice, 1 / (1 - 3**-order))
     coarse = tuple(leg.in_steps(2 * leg.steps // 3) for leg in legs)
@@ -225,7 +225,7 @@ def highest_rate(scene: Scene) -> float:
     return _largest_row(scene, granules.damping * overlap**contact.exponent)
 
 
-_NEXT_TO_NOTHING = 1e-100
+_NEGLIGIBLE_DAMPER = 1e-100
 """Parameter of dampers that makes their rate negligible."""
 
 
@@ -240,7 +240,7 @@ def refuse_strong_dampers(scene: Scene) -> None:
         return
     key, walls = DAMPING[contact.damping], {"wall": scene.wall, "near_wall": scene.near_wall}
     # In units of the limit: rates of impossible dampers overflow.
-    unit, nearly_none = contact.with_parameter(1.0), contact.with_parameter(_NEXT_TO_NOTHING)
+    unit, nearly_none = contact.with_parameter(1.0), contact.with_parameter(_NEGLIGIBLE_DAMPER)
     own_law = {name: wall for name, wall in walls.items() if wall and wall.own_damping}
     without: Any = {name: wall.damped(nearly_none) for name, wall in own_law.items()}
     alone = {"contact": (contact, replace(scene, contact=unit, **without))}
@@ -248,7 +248,7 @@ def refuse_strong_dampers(scene: Scene) -> None:
         damped = replace(scene, contact=nearly_none, **without | {name: wall.damped(unit)})
         alone[name] = contact.at(wall), damped
     for section, (law, damped) in alone.items():
-        most = _STRONGEST / (highest_rate(damped) * scene.contact_time)
+        most = _MOST_DAMPER_RATE / (highest_rate(damped) * scene.contact_time)
         allowed = (
             f"must be at most {most:.2g} {keys_of(Contact)[key].unit} in this scene: stronger"
             " dampers are beyond what can be computed"

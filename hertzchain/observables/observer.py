@@ -34,30 +34,30 @@ FALLS = (0.6, 0.5, 0.4)
 """Fractions of M: a pulse ends at the middle one, and is clear where the others give the same
 force."""
 
-FLOOR, _FLOORS = 0.01, (0.003, 0.03)
+FLOOR, _OTHER_FLOORS = 0.01, (0.003, 0.03)
 """Least force of a first pulse over the largest of the run, and two other choices to compare."""
 
-_SAME = 0.01
+_TOLERANCE = 0.01
 """Difference of forces up to which two choices give the same pulse."""
 
-_STEADY = 2.0
+_STEADY_FALL_RATIO = 2.0
 """How long a steady fall from the first of ``FALLS`` to the last takes at most, over what it would
 take at its steepest slope (exponential: 1.2). Otherwise the force may dip to a half and rise again,
 and the end has no right digit.
 """
 
-_STANDS, _EXCEEDS = 10.0, 1.01
+_FRONT_TIME, _FRONT_END_RATIO = 10.0, 1.01
 """A front: time without a larger force [time units of the contact], and the ratio that ends it."""
 
 LEAST = 1e-9
 """Dynamic forces that are not observed, over the natural unit plus the static force: no pulse that
 counts is so weak."""
 
-_LONGER, _PARTING = 2.0, 3.0
+_END_TIME_RATIO, _PARTING_TIME = 2.0, 3.0
 """Factor on the time at which the last first pulse is over, so that a run has a first reflection,
 too; and natural time units after that, in which two spheres part."""
 
-_SLOW, _SLOWLY = 10.0, 0.25
+_SLOW_TIME, _SLOW_RATIO = 10.0, 0.25
 """A force that is not over so many time units after its half was reached, or such a part of that
 time, if it is longer, is no wave: loads that settle grow as slowly (chosen). Waves past light beads
 lasted a sixth of the time of their half."""
@@ -69,7 +69,7 @@ PIECES = 128
 """Parts of steps that are kept of a rise, from half of its height on (chosen). If there are more,
 neighbours are joined."""
 
-_JOINED = 1e-9
+_JOIN_ERROR = 1e-9
 """How far the cubic over two pieces may be off where they meet, over the force there (chosen)."""
 
 PARTS = 8
@@ -78,14 +78,14 @@ PARTS = 8
 ROOM = PARTS + 10
 """Room for places of extrema and both ends, and for the coefficients of a slope."""
 
-_EDGE = 1e-6
+_EDGE_RATIO = 1e-6
 """Part of a step at its ends in which no extrema are searched (chosen): where a contact closes,
 rounding decides whether it is open at the very start."""
 
-_ALMOST_NOTHING = 1e-200
+_OPEN_RATE_RATIO = 1e-200
 """Rate of the force of an open contact over the rate of its overlap."""
 
-_RESOLVED = 1e-13
+_PLACE_ERROR = 1e-13
 """How near in a step, or in force, a crossing or an extremum is found."""
 
 SIGNAL = np.dtype(
@@ -281,7 +281,7 @@ def acting_rate(
     found next to the place where a contact closes or opens.
     """
     if d <= 0.0:
-        return _ALMOST_NOTHING * w
+        return _OPEN_RATE_RATIO * w
     rate = 1.5 * stiffness * math.sqrt(d) * w
     if damping != 0.0:
         rate += damping * power_of(d, exponent) * (exponent * w * w / d + bend)
@@ -349,7 +349,7 @@ def _place(
         return low
     if (at_high >= level) != rises:
         return high
-    enough = _RESOLVED * max(abs(level), max(abs(at_low), abs(at_high)) if of_rate else 0.0)
+    enough = _PLACE_ERROR * max(abs(level), max(abs(at_low), abs(at_high)) if of_rate else 0.0)
     at_low, at_high = at_low - level, at_high - level
     side, place = 0, low
     for _ in range(60):
@@ -363,7 +363,7 @@ def _place(
         else:
             at_high = at_high / 2 if side == -1 else at_high
             low, at_low, side = place, value, -1
-        if high - low <= _RESOLVED or abs(value) <= enough:
+        if high - low <= _PLACE_ERROR or abs(value) <= enough:
             break
     return place
 
@@ -494,7 +494,7 @@ def _joins(row: Any, later: Any, to: Any, s: Any) -> bool:
     before, after = _rate_of_piece(row, row[_LOW], s), _rate_of_piece(later, later[_HIGH], s)
     first, last, met = row[_FROM], later[_TOP], row[_TOP]
     off = _cubic((middle - begin) / h, first, last, h * before, h * after) - met
-    if abs(off) > _JOINED * (met + s.static):
+    if abs(off) > _JOIN_ERROR * (met + s.static):
         return False
     to[_BEGIN], to[_LENGTH], to[_LOW], to[_HIGH], to[_FROM], to[_TOP] = (
         begin,
@@ -558,7 +558,7 @@ def _begin_maximum(w: Any, k: int, force: float) -> None:
     s, maxima, falls = w.signals[k], w.maxima[k], w.falls[k]
     if s.pulses == PULSES:
         gone, least = 0, math.inf
-        if maxima[0].force >= _FLOORS[0] * force:
+        if maxima[0].force >= _OTHER_FLOORS[0] * force:
             s.crowded = 1
             for n in range(1, PULSES):
                 if maxima[n].force / maxima[n - 1].force < least:
@@ -594,7 +594,7 @@ def _rise(
     if last >= 0 and s.slowness > 0.0:
         stands, since = maxima[last].force, maxima[last].time
         unit = s.slowness * (stands + s.static) ** (-1 / 6)
-        stood = p.begin - since > _STANDS * unit
+        stood = p.begin - since > _FRONT_TIME * unit
         if stood and math.isnan(maxima[last].exceeded):
             maxima[last].arrival = _reached(w, k, stands / 2)
             maxima[last].exceeded = math.inf
@@ -605,7 +605,7 @@ def _rise(
     maximum.force, maximum.time = top, p.begin + high * p.h
     if s.slowness > 0.0:
         for n in range(s.pulses - 1):
-            level = _EXCEEDS * maxima[n].force
+            level = _FRONT_END_RATIO * maxima[n].force
             if maxima[n].exceeded == math.inf and top > level:
                 place = _place(p, level, low, high, before, top, False, s)
                 maxima[n].exceeded = p.begin + p.h * place
@@ -672,7 +672,7 @@ def look(
     places[0] = 0.0
     is_elastic = s.damping == 0.0 and s.other_stiffness == 0.0
     if smooth and not (is_elastic and is_monotone(p.a, w.room[PARTS + 2 :])):
-        count += extrema(p, _EDGE, places, s)
+        count += extrema(p, _EDGE_RATIO, places, s)
     places[count] = 1.0
     force = f0 - s.static
     if s.pulses > 0 and f0 <= s.below:  # the force jumps
@@ -729,7 +729,7 @@ def usual_end(w: Any, otherwise: float, at: float, before: float) -> float:
 
     It is twice the time at which the last first pulse was over, plus three: but no later than
     ``otherwise``, if that is three units after this time. A first pulse that is not over is waited
-    for; if it grows slowly (``_SLOW``), only until ``otherwise``.
+    for; if it grows slowly (``_SLOW_TIME``), only until ``otherwise``.
     While a contact has not been pressed the end is ``otherwise``, or twice the time at which the
     last one of the others was first pressed, and three units. It is rounded up to two digits, so
     that rounding errors do not show.
@@ -748,17 +748,17 @@ def usual_end(w: Any, otherwise: float, at: float, before: float) -> float:
             over = max(over, time)
         else:
             half = _reached(w, k, last.force / 2)
-            are_all_over = are_all_over and at - half > max(_SLOW, _SLOWLY * half)
+            are_all_over = are_all_over and at - half > max(_SLOW_TIME, _SLOW_RATIO * half)
     if are_all_pressed:
-        end = _rounded_up(_LONGER * latest + _PARTING)
+        end = _rounded_up(_END_TIME_RATIO * latest + _PARTING_TIME)
         if not are_all_over:
             end = min(end, max(otherwise, at + 1.0))
-        elif over + _PARTING > otherwise:
-            end = min(end, _rounded_up(over + _PARTING))
+        elif over + _PARTING_TIME > otherwise:
+            end = min(end, _rounded_up(over + _PARTING_TIME))
         else:
             end = min(end, otherwise)
     else:
-        end = max(_rounded_up(_LONGER * newest + _PARTING), otherwise)
+        end = max(_rounded_up(_END_TIME_RATIO * newest + _PARTING_TIME), otherwise)
     if at == before:
         return max(end, at)
     return max(end, _rounded_up(at + 1.0))
@@ -808,12 +808,12 @@ def read_off(w: Watch) -> None:
         first, last = _end_of(w, k, 0, FLOOR), _end_of(w, k, 2, FLOOR)
         is_clear = not math.isnan(pulse.width) and (s.crowded == 0 or chosen == 0)
         for other in (
-            first, last, _end_of(w, k, 1, _FLOORS[0]), _end_of(w, k, 1, _FLOORS[1]),
+            first, last, _end_of(w, k, 1, _OTHER_FLOORS[0]), _end_of(w, k, 1, _OTHER_FLOORS[1]),
         ):  # fmt: skip
-            is_clear = is_clear and abs(_force_of(w, k, other, front) - force) <= _SAME * force
+            is_clear = is_clear and abs(_force_of(w, k, other, front) - force) <= _TOLERANCE * force
         pulse.is_clear, pulse.is_front = is_clear, is_front
         pulse.is_steady = is_front
         if not is_front and last < count:
             slope = max(maxima[first].slope, maxima[last].slope, maxima[n].slope)
             lasts = w.falls[k, last, 2] - w.falls[k, first, 0]
-            pulse.is_steady = lasts * slope <= _STEADY * (FALLS[0] - FALLS[2]) * force
+            pulse.is_steady = lasts * slope <= _STEADY_FALL_RATIO * (FALLS[0] - FALLS[2]) * force

@@ -33,16 +33,16 @@ _DIP = 0.05
 """How much lower the force is between two pulses, over the height of the lower one (chosen):
 ripples of a plateau are smaller."""
 
-_FRAMES = (0.05, 0.03)
+_FRAME_TIMES = (0.05, 0.03)
 """Time units of the fastest contact between frames of the two runs (chosen). The overlap between
 frames, a polynomial of fifth degree, is off by 1e-8 where it is smooth."""
 
-_NEAR, _DOUBLINGS, _CLOSER = 4.0, 12, (2, 8)
+_NEAR_FRAMES, _DOUBLINGS, _DOUBLING_STEPS = 4.0, 12, (2, 8)
 """Where a contact opens or closes no polynomial meets the motion. Maxima and crossings so near to
 that, over the distance of frames, get further frames up to there: their distances are doubled so
 often, in so many steps each in the two runs (chosen)."""
 
-_ASIDE = 1e-5
+_CORNER_RATIO = 1e-5
 """Distance of frames from a corner of the drive, whose force may jump there, over that of the
 others (chosen)."""
 
@@ -50,14 +50,14 @@ _PARTS = 8
 """Parts of the time between two frames in which maxima are searched (chosen), and parts of the
 brackets that close around maxima and crossings."""
 
-_ROUNDS = 12
+_BRACKET_ROUNDS = 12
 """How often brackets are cut: down to 1e-8 of a frame for maxima, 2e-12 for crossings."""
 
-_SAFETY = 3.0
+_ERROR_RATIO = 3.0
 """Bound of an error over the difference of two runs (chosen): of first-order steps and their halves
 it is 2, of second-order ones 4/3."""
 
-_RESOLVED = 2e-8
+_LEAST_ERROR = 2e-8
 """Least error that is stated, over total forces and the time unit: that of histories, which two
 runs may share. In two of about 300 random scenes it was 1e-9 and 1.2e-8."""
 
@@ -121,8 +121,8 @@ def trains_of(scene: Scene, engine: Recorded, other: Recorded) -> tuple[Train, .
     gauges = [*(Gauge(contact=number) for number in scene.contacts), *in_granules]
     kinks = np.zeros(0)
     for recorder, k in ((engine, 0), (engine, 0), (other, 1)):
-        frames = _frames(scene, kinks, _FRAMES[k], _CLOSER[k])
-        near = _NEAR * _FRAMES[k] * scene.contact_time
+        frames = _frames(scene, kinks, _FRAME_TIMES[k], _DOUBLING_STEPS[k])
+        near = _NEAR_FRAMES * _FRAME_TIMES[k] * scene.contact_time
         motion = _Motion.of(scene, recorder.run(scene, frames).history)
         read = [_Signal(motion, scene, gauge) for gauge in gauges]
         pulses = [signal.pulses() for signal in read]
@@ -134,10 +134,10 @@ def trains_of(scene: Scene, engine: Recorded, other: Recorded) -> tuple[Train, .
     differences = [_differences(*pair) for pair in zip(trains, pulses, strict=True)]
     order = np.argsort(np.concatenate([train[0] for train in trains]), kind="stable")
     units = np.array([[1.0], [scene.contact_time], [scene.contact_time]])
-    differing = _SAFETY * _causal(np.concatenate(differences, axis=1), order)
+    differing = _ERROR_RATIO * _causal(np.concatenate(differences, axis=1), order)
     every, begin = [], 0
     for gauge, signal, train in zip(gauges, signals, trains, strict=True):
-        least = _RESOLVED * units * (1 + signal.static / train[1])
+        least = _LEAST_ERROR * units * (1 + signal.static / train[1])
         force, arrival, width = differing[:, begin : begin + train.shape[1]] + least
         begin += train.shape[1]
         time = signal.doubt(train, force) + arrival
@@ -153,9 +153,9 @@ def _frames(scene: Scene, kinks: FloatArray, apart: float, closer: int) -> Float
     kinks their distance is doubled in ``closer`` steps.
     """
     step = apart * scene.contact_time
-    legs, aside = scene.schedule(step), _ASIDE * step
+    legs, aside = scene.schedule(step), _CORNER_RATIO * step
     usual = [np.linspace(leg.start + aside, leg.end - aside, leg.steps + 1) for leg in legs]
-    offsets = _NEAR * step * 2.0 ** (np.arange(-_DOUBLINGS * closer, 1) / closer)
+    offsets = _NEAR_FRAMES * step * 2.0 ** (np.arange(-_DOUBLINGS * closer, 1) / closer)
     near = kinks[:, np.newaxis] + np.concatenate([-offsets, [0.0], offsets])
     corners = [leg.start for leg in legs]
     every = [corners, [scene.end_time], *usual, near.ravel().clip(0.0, scene.end_time)]
@@ -295,7 +295,7 @@ class _Signal:
     def _highest(self, low: FloatArray, high: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the times of the largest forces within brackets, and these forces."""
         each, parts = np.arange(low.size), np.arange(_PARTS + 1) / _PARTS
-        for _ in range(_ROUNDS):
+        for _ in range(_BRACKET_ROUNDS):
             times = low[:, np.newaxis] + parts * (high - low)[:, np.newaxis]
             values = self.at(times)
             best = np.argmax(values, axis=1) if low.size else each
@@ -317,7 +317,7 @@ class _Signal:
                 high[k] = (max if ahead else min)(self.grid[n + sign], at)
         rows = np.flatnonzero(~np.isnan(low))
         each, parts = np.arange(rows.size), np.arange(_PARTS + 1) / _PARTS
-        for _ in range(_ROUNDS):
+        for _ in range(_BRACKET_ROUNDS):
             times = low[rows][:, np.newaxis] + parts * (high - low)[rows][:, np.newaxis]
             is_below = self.at(times) < level[rows][:, np.newaxis]
             is_below[:, 0], is_below[:, -1] = True, False
