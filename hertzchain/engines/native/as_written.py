@@ -32,7 +32,7 @@ LONGEST = 0.2
 """The longest step of SciPy, natural time units of the fastest contact (chosen): a granule that
 flies at another does not pass through its contact within a step."""
 
-_PART, _LEAST = 0.01, 3e-14
+_SCIPY_TOLERANCE_RATIO, _LEAST_SCIPY_TOLERANCE = 0.01, 3e-14
 """Tolerance of SciPy over the wanted one; and the least relative tolerance that SciPy takes.
 SciPy's error is a mean that includes resting granules, and scales with displacements of granules
 that fly off: a part of 1 lost 1.4e-6 of the demo's energy at 2e-8, this one 7e-9."""
@@ -40,21 +40,21 @@ that fly off: a part of 1 lost 1.4e-6 of the demo's energy at 2e-8, this one 7e-
 SAMPLES = 4
 """Samples of the dense output in the longest step (chosen): peaks between them are interpolated."""
 
-_CLOSE_SAMPLES = 16
+_DAMPED_SAMPLES = 16
 """The same of damped contacts, whose forces bend more, where peaks judge the compiled loops."""
 
-_TOUCH = 10.0
+_OPEN_GAP_RATIO = 10.0
 """Gap at which a contact has opened, over the absolute tolerance (chosen): granules ahead of the
 wave rest within errors of this size."""
 
-_BLOCK, _ARRAYS = 256, 20
+_BLOCK_SAMPLES, _NUMBERS_PER_GRANULE = 256, 20
 """Samples passed on together by the paper's method (chosen): enough for NumPy's cost per call, and
 little memory; and the numbers kept for each granule and sample (counted)."""
 
 _FLOOR = 0.2
 """Least bound of the error over the tolerance: a difference of two runs can be small by chance."""
 
-_TIGHT, _LOOSER, _SHORTER = 3e-10, 10.0, 0.6
+_RTOL, _LOOSER_RATIO, _STEP_RATIO = 3e-10, 10.0, 0.6
 """Tolerance of the run that judges the compiled loops, how much looser another one is, and how much
 shorter its longest step: a dashpot that opens and closes within a step is missed."""
 
@@ -75,8 +75,8 @@ def integrate(
     units, granules = scene.units, scene.bodies
     u, v = start_of_motion(scene)
     is_damped = chain.is_damped
-    relative = max(_PART * tolerance, _LEAST)
-    absolute = _PART * tolerance * force_scale(scene.momentum_ratio)
+    relative = max(_SCIPY_TOLERANCE_RATIO * tolerance, _LEAST_SCIPY_TOLERANCE)
+    absolute = _SCIPY_TOLERANCE_RATIO * tolerance * force_scale(scene.momentum_ratio)
     for in_si in scene.schedule(scene.end_time):
         leg = in_si.in_units(units.time, units.force, units.length)
         if leg.stroke is not None:
@@ -85,7 +85,7 @@ def integrate(
         while time < leg.end:
             acting, changes = chain, None
             if not scene.is_plain:
-                acting, changes = _until_a_change(chain, u, _TOUCH * absolute)
+                acting, changes = _until_a_change(chain, u, _OPEN_GAP_RATIO * absolute)
 
             def rates(
                 time: float, state: FloatArray, leg: Leg = leg, acting: Chain = acting
@@ -241,12 +241,12 @@ def judging_peaks(scene: Scene, deadline: Deadline) -> tuple[FloatArray, float]:
 
     It follows from the difference to a second run of SciPy, with a looser tolerance.
     """
-    samples, shorter = (SAMPLES, 1.0) if scene.contact is None else (_CLOSE_SAMPLES, _SHORTER)
+    samples, shorter = (SAMPLES, 1.0) if scene.contact is None else (_DAMPED_SAMPLES, _STEP_RATIO)
     tight, loose = (
         simulate_in_scipy(scene, tolerance, deadline, None, longest, samples=samples).peaks
-        for tolerance, longest in ((_TIGHT, 1.0), (_LOOSER * _TIGHT, shorter))
+        for tolerance, longest in ((_RTOL, 1.0), (_LOOSER_RATIO * _RTOL, shorter))
     )
-    errors = SAFETIES["SciPy, judging"].bounds([tight.differences(loose)], least=_FLOOR * _TIGHT)
+    errors = SAFETIES["SciPy, judging"].bounds([tight.differences(loose)], least=_FLOOR * _RTOL)
     return np.asarray(tight.force), errors.largest
 
 
@@ -264,7 +264,7 @@ class RungeKutta:
     ) -> Simulation:  # fmt: skip
         """Integrate the scene once, on legs [s, N] that are cut; no granule is left behind."""
         scene, units = self.scene, self.scene.units
-        refuse_memory(8.0 * _ARRAYS * _BLOCK * scene.bodies)
+        refuse_memory(8.0 * _NUMBERS_PER_GRANULE * _BLOCK_SAMPLES * scene.bodies)
         chain, start = Chain.of(scene), start_of_motion(scene)
         natural = [leg.in_units(units.time, units.force, units.length) for leg in legs]
         blocks = runge_kutta(chain, natural, start)
@@ -301,7 +301,7 @@ def runge_kutta(
                 v = v + h / 6 * (first + 2 * second + 2 * third + fourth)
             is_last = k == leg.steps - 1
             block.append((leg.end if is_last else begin + h, u, v))
-            if len(block) > _BLOCK or is_last:
+            if len(block) > _BLOCK_SAMPLES or is_last:
                 states = (np.array(values) for values in zip(*block, strict=True))
                 yield leg, samples_of(chain, leg, *states)
                 block = block[-1:]

@@ -44,24 +44,24 @@ if TYPE_CHECKING:
     from hertzchain.observables.preparation import Watched
 
 
-_CLOSER = 1e-3
+_SECOND_ACCURACY_RATIO = 1e-3
 """Accuracy of the second accurate run, which gives the error, over that of the first (chosen)."""
 
-_REFINED = 5.0
+_REFINED_WORK_RATIO = 5.0
 """Work of refined steps, over that of equal ones, where all granules fly at others (measured: 4
 to 7)."""
 
-_EXPENSIVE, _SHARE = 1e7, 0.1
+_ADAPTIVE_WORK, _ADAPTIVE_SHARE_OF_WORK = 1e7, 0.1
 """Work of a run, in force evaluations of a granule, above which adaptive steps are tried first:
 about 10 ms (chosen). Their first run may take this share of the work: its evaluations cost four
 times as much (measured). Where the first run is given up, the whole usually takes a tenth
 longer."""
 
-_TIGHT = 1e-9
+_LOOSER_RUN_RTOL = 1e-9
 """Accuracy below which errors of pulses are differences from a looser run, not from a tighter one
 (chosen)."""
 
-_CLEAR = 10.0
+_LEAST_DIFFERENCE_RATIO = 10.0
 """Least ratio of a difference to the error of the accurate run (chosen)."""
 
 
@@ -257,8 +257,8 @@ class Native:
     def _recorded(self) -> tuple[Native, Native]:
         """Engines of two recorded runs: this one, and one whose errors are far from its own."""
         engine = replace(self, peaks_only=False)
-        is_tight = self.method == "reference" or (self.rtol or RTOL) < _TIGHT
-        rtol = 10 * _TIGHT if is_tight else TIGHTEST
+        is_tight = self.method == "reference" or (self.rtol or RTOL) < _LOOSER_RUN_RTOL
+        rtol = 10 * _LOOSER_RUN_RTOL if is_tight else TIGHTEST
         return engine, replace(engine, method=None, dt=None, rtol=rtol)
 
     def _as_asked(self, scene: Scene, recorder: Recorder | None, deadline: Deadline) -> Run:
@@ -303,10 +303,10 @@ class Native:
         Runs with other steps could have the same error, for example where a later blow is the
         hardest.
         """
-        for rtol in (RTOL, _CLOSER * RTOL):
+        for rtol in (RTOL, _SECOND_ACCURACY_RATIO * RTOL):
             accurate = self.accurate_enough(scene, None, deadline, rtol)
             differences, errors = accurate.simulation.peaks.differences(run.peaks), accurate.errors
-            if differences.wanted > _CLEAR * errors.wanted:
+            if differences.wanted > _LEAST_DIFFERENCE_RATIO * errors.wanted:
                 break
         error_bound.refuse_meaningless("native", errors.least, too_long=False)
         return differences.plus(errors)
@@ -345,9 +345,9 @@ class Native:
         prepared = replace(prepared, deadline=deadline) if prepared else None
         prepared = prepared or self._prepared(scene, deadline)
         before, cost, adaptive, aim = math.inf, 0.0, None, rtol
-        expensive, refined = math.inf, 1.0
+        expensive, refined = math.inf if scene.is_plain else _ADAPTIVE_WORK, 1.0
         if not scene.is_plain:
-            expensive, refined = _EXPENSIVE, 1 + _REFINED * float(np.mean(scene.granules.gap > 0))
+            refined += _REFINED_WORK_RATIO * float(np.mean(scene.granules.gap > 0))
         for left in reversed(range(plans.TRIES)):
             legs = plan.legs(scene)
             cost = max(cost, refined * work_of(scene, legs, plan.walker.stepper.stages))
@@ -355,7 +355,7 @@ class Native:
                 expensive = 2 * cost
                 with suppress(damped_runs.TooMuchWork, StepUnstable):
                     adaptive = damped_runs.accurate_enough(
-                        scene, rtol, deadline, recorder, _SHARE * cost, first
+                        scene, rtol, deadline, recorder, _ADAPTIVE_SHARE_OF_WORK * cost, first
                     )
                     if adaptive.errors.wanted <= rtol:
                         return adaptive

@@ -277,13 +277,13 @@ def gather(c: Any, inside: Any, into: Any, chosen: Any) -> int:
     return many
 
 
-_AHEAD = 8
+_WINDOW_GRANULES = 8
 """Granules that the window of moving granules grows by."""
 
-_LEAST = 1e-60
+_LEAST_FORCE = 1e-60
 """A force below which a granule ahead of the front stays at rest."""
 
-_NO_ERROR = 1e-60
+_LEAST_SQUARED_ERROR = 1e-60
 """Square of an error that counts as 0."""
 
 
@@ -405,8 +405,8 @@ def take_step(
             break
         f[place] = applied_force(leg, begin + past)
         forces(u1, v1, on, f, power, c.stiffness, c.damping, c.gap, c.exponent, hi)
-        if f[hi] > _LEAST and hi < granules:
-            grown = min(hi + _AHEAD, granules)
+        if f[hi] > _LEAST_FORCE and hi < granules:
+            grown = min(hi + _WINDOW_GRANULES, granules)
             for j in range(stages):
                 for i in range(hi, grown):
                     k[j, i] = 0.0
@@ -439,7 +439,7 @@ def largest_error(v0: Any, v1: Any, k: Any, fifth: Any, third: Any, size: float,
             by5 += fifth[s] * k[s, i]
             by3 += third[s] * k[s, i]
         square = by5 * by5
-        error = max(error, square / math.sqrt(square + 0.01 * by3 * by3 + _NO_ERROR))
+        error = max(error, square / math.sqrt(square + 0.01 * by3 * by3 + _LEAST_SQUARED_ERROR))
         fastest = max(fastest, abs(v0[i]), abs(v1[i]))
     return size * error, fastest
 
@@ -454,24 +454,24 @@ def evaluate(at: Any, on: Any, leg: Any, time: float, hi: int, c: Any) -> None:
     force_rates(at.u, at.v, at.a, on, at.r, c.stiffness, c.damping, c.gap, c.exponent, hi)
 
 
-_MANY, _HARDLY = 5000, 1e-7
+_CHECKED_STEPS, _LEAST_MEAN_STEP = 5000, 1e-7
 """Number of steps after which a run must have advanced, on average by this part of the longest step
 (chosen): within a second even in long chains."""
 
 CHECK = 4.0
 """Natural time units between two checks whether the run is over."""
 
-_LOOK = 1_000_000
+_WORK_PER_LOOK = 1_000_000
 """Work between two checks whether the run is to be stopped: about 4 ms."""
 
 STEP = 500.0
 """Additional work of a step, in force evaluations of a granule (measured)."""
 
-_FRESH, _STRICTER = 0.25, 0.001
+_FIRST_STEP_RATIO, _FIRST_TOLERANCE_RATIO = 0.25, 0.001
 """The longest first step of a contact over that of others, and its tolerance over theirs: estimates
 in tau can be small by chance, and with a tenth errors reach 64 tolerances."""
 
-_RELOCATED = 8
+_MOST_RELOCATIONS = 8
 """Most repetitions of a step for one change of modes; two or three are usual."""
 
 STABLE = 4.0
@@ -479,17 +479,17 @@ STABLE = 4.0
 motion, at 6 half, and above 6.4 it makes it grow (derived from its coefficients). With longer steps
 errors grow to the tolerance, and modes change to and fro."""
 
-_STRONG = 4.0
+_STRONG_RATE = 4.0
 """The rate, natural units, above which errors of forces are larger than those of velocities: that
 of a damper of 1 between granules of mass 1."""
 
-_FINEST = 1e-13
+_LEAST_TOLERANCE = 1e-13
 """Smallest tolerance of a step over the largest speed: below it is round-off (chosen)."""
 
-_SHORTEST = 1e-14
+_LEAST_STEP_RATIO = 1e-14
 """Shortest step over the time reached."""
 
-_GRAIN = 1e-15
+_LEAST_OVERLAP_RATIO = 1e-15
 """Overlaps that displacements do not resolve, over the largest displacement: 4 units of its last
 digit. A contact that is open by less can be at rest in no mode, and steps would not advance."""
 
@@ -516,7 +516,7 @@ def grain(u: Any, hi: int) -> float:
     farthest = 0.0
     for i in range(hi):
         farthest = max(farthest, abs(u[i]))
-    return _GRAIN * farthest
+    return _LEAST_OVERLAP_RATIO * farthest
 
 
 @compiled
@@ -548,17 +548,17 @@ def advance(
         time, fresh = run.time, run.fresh
         rate = max(rate_of_dampers(u0, on, run.hi, c), stable / longest)
         run.following = min(run.following, stable / rate)
-        strength = max(1.0, min(rate / _STRONG, tolerance / _FINEST))
+        strength = max(1.0, min(rate / _STRONG_RATE, tolerance / _LEAST_TOLERANCE))
         h, tried, target, smooth, changed = run.following, 0, -1, run.following, False
         is_cut = False
         run.cost += STEP
         if time + 1.01 * h >= until:
             h = until - time
-        shortest = _SHORTEST * (1.0 + abs(time))
+        shortest = _LEAST_STEP_RATIO * (1.0 + abs(time))
         while True:
             m = root if fresh else 1
             if fresh:
-                h = min(h, _FRESH * longest)
+                h = min(h, _FIRST_STEP_RATIO * longest)
             if fresh and run.kept < record.time.size and record.time[run.kept] > time + shortest:
                 h = min(h, record.time[run.kept] - time)
             hi = take_step(start, end, room, on, method, leg, time, h, m, run.hi, c)
@@ -569,7 +569,7 @@ def advance(
                 v0, v1, room.k, method.fifth, method.third, h if m == 1 else h ** (1.0 / m), hi
             )  # fmt: skip
             allowed = run.allowed = tolerance * max(fastest, slowest)
-            judged = allowed * (_STRICTER if fresh else 1.0) / strength
+            judged = allowed * (_FIRST_TOLERANCE_RATIO if fresh else 1.0) / strength
             error /= judged
             if error > 1.0 and h > shortest:
                 h *= max(0.1, 0.9 * error ** (-1 / 8)) ** m
@@ -577,7 +577,7 @@ def advance(
                 continue
             after = time + h if h < until - time else until
             evaluate(end, on, leg, after, hi, c)
-            if h > shortest and tried < _RELOCATED:
+            if h > shortest and tried < _MOST_RELOCATIONS:
                 idle = max(IDLE * allowed, grain(u1, hi))
                 s, which = earliest(start, end, on, hi, h, allowed, idle, c)
                 if which >= 0:
@@ -591,7 +591,7 @@ def advance(
                     fresh = fresh or (on[which] > 0.0 and begins(d, w, which, h, allowed, c))
                     evaluate(start, on, leg, time, hi, c)
                     keep_ends(seen, start.f, time, hi)
-                    if until_change and run.changes < _RELOCATED:
+                    if until_change and run.changes < _MOST_RELOCATIONS:
                         run.changes += 1
                         break  # before the step: it concerns other granules, too
                     continue
@@ -665,12 +665,12 @@ def advance(
             until = min(leg_end, run.end)
         if run.cost >= most_work:
             run.status = TOO_MUCH
-        if run.steps >= run.steps_before + _MANY:
-            if not after > run.time_before + _MANY * _HARDLY * longest:
+        if run.steps >= run.steps_before + _CHECKED_STEPS:
+            if not after > run.time_before + _CHECKED_STEPS * _LEAST_MEAN_STEP * longest:
                 run.status = STUCK
             run.steps_before, run.time_before = run.steps, after
         if run.cost >= run.look:
-            run.look = run.cost + _LOOK
+            run.look = run.cost + _WORK_PER_LOOK
             control[1], control[2] = after, control[2] + 1
             if is_stopped(control):
                 run.status = STOPPED

@@ -41,28 +41,28 @@ LONGEST = 0.8
 LOOSEST, TIGHTEST = 2e-5, 7e-13
 """Tolerances: a thousandth of the wanted accuracy is enough above; below is round-off."""
 
-_FIRST = 0.02
+_FIRST_TOLERANCE_RATIO = 0.02
 """The first tolerance over the wanted accuracy: in 19 of 20 random chains no second is needed."""
 
-_MUCH_COARSER, _COARSER = (30.0, 1.5), (4.0, 1.2)
+_COARSEST_RATIOS, _COARSER_RATIOS = (30.0, 1.5), (4.0, 1.2)
 """Tolerance and longest step of the two runs that give the error, over those of the run itself: one
 difference may be small by chance, but seldom both."""
 
-_WEIGHTS = 0.15, 1.0
+_DIFFERENCE_WEIGHTS = 0.15, 1.0
 """Weights of their differences (chosen): that of the much coarser run is ten times as large
 where errors go as the tolerance."""
 
-_KNOWN, _FLOOR = 2.5, 2e-11
+_HIDDEN_ERROR_RATIO, _LEAST_HIDDEN_ERROR = 2.5, 2e-11
 """Error that no difference shows, over the tolerance, and what is added to that: with the tightest
 one it was 1.5e-11 once."""
 
-_TRIES = 5
+_MOST_TOLERANCES = 5
 """Most tolerances that are tried."""
 
-_ARRAYS = 51
+_NUMBERS_PER_GRANULE = 51
 """Numbers that a run keeps for each granule."""
 
-_ROUNDED = 1e-14
+_ZERO_PRODUCT = 1e-14
 """Limit below which products of coefficients are 0 up to round-off; all others are far above."""
 
 
@@ -120,7 +120,7 @@ def _method() -> Method:
 
     rows = np.concatenate([DOP853.A, [DOP853.B]])
     squares = rows @ rows[:-1]
-    squares[abs(squares) < _ROUNDED] = 0.0
+    squares[abs(squares) < _ZERO_PRODUCT] = 0.0
     return Method(np.array(DOP853.C), rows, squares, DOP853.E5[:-1], DOP853.E3[:-1])
 
 
@@ -141,7 +141,7 @@ def simulate_damped(
         raise deadline.passed()
     recorded = 0 if recorder is None else 3 * recorder.time.size
     try:
-        refuse_memory(8.0 * scene.bodies * (_ARRAYS + recorded))
+        refuse_memory(8.0 * scene.bodies * (_NUMBERS_PER_GRANULE + recorded))
     except TooExpensive as problem:
         if most_work < math.inf:  # another method takes less
             raise TooMuchWork(str(problem)) from problem
@@ -178,7 +178,7 @@ Integrate = Callable[[float, float, bool], Simulation]
 
 def first_tolerance(rtol: float) -> float:
     """Tolerance that is tried first for a wanted accuracy of the peaks."""
-    return max(min(_FIRST * rtol, LOOSEST), TIGHTEST)
+    return max(min(_FIRST_TOLERANCE_RATIO * rtol, LOOSEST), TIGHTEST)
 
 
 def accurate(integrate: Integrate, rtol: float) -> tuple[Simulation, ContactErrors]:
@@ -189,15 +189,15 @@ def accurate(integrate: Integrate, rtol: float) -> tuple[Simulation, ContactErro
     larger: collisions can multiply rounding errors.
     """
     tolerance = first_tolerance(rtol)
-    for left in reversed(range(_TRIES)):
+    for left in reversed(range(_MOST_TOLERANCES)):
         rough, coarse = (
             integrate(looser * tolerance, longer, False)
-            for looser, longer in (_MUCH_COARSER, _COARSER)
+            for looser, longer in (_COARSEST_RATIOS, _COARSER_RATIOS)
         )
         run = integrate(tolerance, 1.0, True)
         differences = [run.peaks.differences(other.peaks) for other in (rough, coarse)]
-        rest = _KNOWN * tolerance + _FLOOR + round_off(run.evaluations)
-        errors = SAFETIES["adaptive"].bounds(differences, _WEIGHTS, rest)
+        rest = _HIDDEN_ERROR_RATIO * tolerance + _LEAST_HIDDEN_ERROR + round_off(run.evaluations)
+        errors = SAFETIES["adaptive"].bounds(differences, _DIFFERENCE_WEIGHTS, rest)
         bound = errors.wanted
         if bound <= rtol or tolerance <= TIGHTEST or not left:
             break

@@ -14,7 +14,7 @@ from hertzchain.observables.error_bound import refuse_strong_dampers
 from hertzchain.observables.first_pulse import LATEST, finds_end, usual_end
 from hertzchain.scene.scene import Scene
 
-_ROUGHLY, _MOST_WORK = 1e-6, 1e9
+_END_RTOL, _MOST_WORK = 1e-6, 1e9
 """Accuracy of a run for the end alone, which has no bound of its error, and its largest work, in
 force evaluations of a granule: half a minute on a fast machine, and the same end on any."""
 
@@ -59,10 +59,10 @@ def _end_of(scene: Scene, time_limit: float) -> float:
             if scene.contact is not None:
                 refuse_strong_dampers(scene)
                 run = damped_runs.simulate_damped(
-                    scene, _ROUGHLY, deadline, most_work=_MOST_WORK, first=True
+                    scene, _END_RTOL, deadline, most_work=_MOST_WORK, first=True
                 )
             else:
-                cheapest = plan.cheapest(_ROUGHLY, checked=False)
+                cheapest = plan.cheapest(_END_RTOL, checked=False)
                 step = cheapest.step * scene.contact_time
                 usual_legs = cheapest.walker.cut(scene.schedule(step))
                 if work_of(scene, usual_legs, cheapest.walker.stepper.stages) > _MOST_WORK:

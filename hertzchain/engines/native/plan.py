@@ -32,12 +32,12 @@ _LONGEST_STEP = 0.8
 _LONGEST_CHECKED_STEP = {"srkn-6b": 0.62, "srkn-11b": 0.52}
 """Longest step if a second run, with steps 1.5 times as long, estimates the error."""
 
-_CHECKED = 0.92
+_STEP_RATIO = 0.92
 """Ratio of SRKN_11^b's steps with a second run to those without: one scene in fifty needs a further
 plan; at ratio 1, one in four.
 """
 
-_KNOWN, _KNOWN_UNCHECKED = 0.55, 0.9
+_CHECKED_ERROR_RATIO, _UNCHECKED_ERROR_RATIO = 0.55, 0.9
 """Ratio of the error to the wanted accuracy in the worst random scene, rounded up, with and without
 a second run. Estimates are never lower, because a difference can be small by chance.
 """
@@ -45,38 +45,38 @@ a second run. Estimates are never lower, because a difference can be small by ch
 TRIES = 6
 """Most plans for one scene; one in fifty random scenes needs a second."""
 
-_HOPELESS = 0.8
+_MOST_ERROR_RATIO = 0.8
 """Ratio of a plan's error to that of the plan before, above which the error is amplified round-off;
 where shorter steps help, they usually halve the error.
 """
 
-_CHEAP = 1e8
+_CHEAP_WORK = 1e8
 """Granules times force evaluations (a few tenths of a second) below which all plans are tried."""
 
-_LOOSE, _LOOSE_CHECKED = 1e-3, 3e-5
+_RTOL_OF_6B, _CHECKED_RTOL_OF_6B = 1e-3, 3e-5
 """Accuracies from which on SRKN_6^b is cheaper than SRKN_11^b, without and with a second run."""
 
-_CLOSER_6B = 1.3
+_SAFETY_OF_6B = 1.3
 """Safety factor: without it one of ten thousand runs with a second run had an error of 0.68 of the
 wanted accuracy.
 """
 
-_CLOSER_AT_ONCE, _CLOSER_WITH_TERMS = 1e-3, 1e-5
+_LEAST_RTOL_RATIO, _LEAST_RTOL_RATIO_WITH_TERMS = 1e-3, 1e-5
 """Least ratio of a further plan's accuracy to that of the plan before. With terms errors fall in
 proportion to it: eight long runs of dimers needed a third fewer plans.
 """
 
-_UNREFINED = 1e-4
+_UNREFINED_RTOL = 1e-4
 """Accuracy from which on opening contacts need no shorter steps."""
 
 _KNOWN_RATIOS, _KNOWN_DURATIONS, _KNOWN_GRANULES = (0.05, 10.0), (1.1, 60.0), 500
 """Ranges of LM_ratio, n and N of the random scenes."""
 
-_FINER, _LOOSEST_TRIED = 24.0, 2.5e-5
+_FIRST_RTOL_RATIO, _LARGEST_FIRST_RTOL = 24.0, 2.5e-5
 """Wanted accuracy over that of the plan that such scenes try first where first pulses are wanted,
 and its largest: the method of looser plans is more erratic."""
 
-_HARDER, _HARD_RTOL = 30.0, 1e-6
+_HARD_RTOL_RATIO, _HARD_RTOL = 30.0, 1e-6
 """Hard scenes run with a thirtieth of the wanted accuracy, or this one: long steps make them
 chaotic, and a tenth left errors of up to eleven times the wanted accuracy.
 """
@@ -99,8 +99,8 @@ class Plan:
 
     def closer(self, rtol: float, error: float, has_terms: bool = False) -> Plan:
         """Return a plan for ``rtol`` after one that had ``error``."""
-        least = _CLOSER_WITH_TERMS if has_terms else _CLOSER_AT_ONCE
-        factor = max(0.5 * rtol / error, least) if error < 1 else _CLOSER_AT_ONCE
+        least = _LEAST_RTOL_RATIO_WITH_TERMS if has_terms else _LEAST_RTOL_RATIO
+        factor = max(0.5 * rtol / error, least) if error < 1 else _LEAST_RTOL_RATIO
         step = self.step * factor ** (1 / (self.walker.stepper.order + 1))
         walker = replace(self.walker, tolerance=self.walker.tolerance * factor)
         return replace(self, step=step, walker=walker)
@@ -111,8 +111,8 @@ class Plan:
         ``evaluations`` counts forces times granules. The constant part of both estimates is
         subtracted.
         """
-        hardly = error - self.error > _HOPELESS * (before - self.error)
-        return hardly and evaluations > _CHEAP
+        hardly = error - self.error > _MOST_ERROR_RATIO * (before - self.error)
+        return hardly and evaluations > _CHEAP_WORK
 
     def least(self, evaluations: Any) -> Any:
         """Error that no difference shows, from force evaluations; also of arrays."""
@@ -171,23 +171,23 @@ def cheapest(rtol: float, checked: bool = True, hard: bool = False) -> Plan:
     tight = max(0.0, -math.log10(rtol) - 6)
     aim = rtol / 2.4  # the rest of the error has no estimate
     if hard:
-        aim = min(aim / _HARDER, _HARD_RTOL)
+        aim = min(aim / _HARD_RTOL_RATIO, _HARD_RTOL)
     cosine_steps = 8 if rtol > 1e-8 else 16
-    if not hard and rtol >= (_LOOSE_CHECKED if checked else _LOOSE):
-        aim = aim / _CLOSER_6B if checked else aim
+    if not hard and rtol >= (_CHECKED_RTOL_OF_6B if checked else _RTOL_OF_6B):
+        aim = aim / _SAFETY_OF_6B if checked else aim
         name, stepper, step = "srkn-6b", SRKN_6B, 0.6 * (aim / 2.4e-4) ** (1 / 4.3)
     else:
         name, stepper, step = "srkn-11b", SRKN_11B, 0.2 * (aim / 3e-9) ** (1 / 6.5)
-    if not checked and rtol >= _UNREFINED:
+    if not checked and rtol >= _UNREFINED_RTOL:
         plain = Walker(stepper, 0.0, cosine_steps, 0.0)
-        error = _KNOWN_UNCHECKED * rtol
+        error = _UNCHECKED_ERROR_RATIO * rtol
         return Plan(name, plain, _LONGEST_STEP, error, SAFETIES["plan"])
     starting = math.inf if hard else 4 + 2 * tight
     walker = Walker(stepper, 5e3 * aim, cosine_steps, starting)
     if checked:
-        step = min(step * (1.0 if name == "srkn-6b" else _CHECKED), _LONGEST_CHECKED_STEP[name])
+        step = min(step * (1.0 if name == "srkn-6b" else _STEP_RATIO), _LONGEST_CHECKED_STEP[name])
     step = min(step, _LONGEST_STEP)
-    error = (_KNOWN if checked else _KNOWN_UNCHECKED) * rtol
+    error = (_CHECKED_ERROR_RATIO if checked else _UNCHECKED_ERROR_RATIO) * rtol
     return Plan(name, walker, step, error, SAFETIES["plan, hard" if hard else "plan"])
 
 
@@ -202,7 +202,7 @@ def tried_first(rtol: float) -> Plan:
     Its steps are not halved near every contact, so that it costs half of a hard plan or less. In
     two of three random scenes its error bound is as small as wanted.
     """
-    accuracy = min(max(rtol / _FINER, TIGHTEST), _LOOSEST_TRIED)
+    accuracy = min(max(rtol / _FIRST_RTOL_RATIO, TIGHTEST), _LARGEST_FIRST_RTOL)
     return replace(cheapest(accuracy), safety=SAFETIES["plan, tried first"])
 
 

@@ -309,7 +309,7 @@ def test_an_expensive_scene_takes_the_cheaper_method(gaps: int, method: str) -> 
 
 def test_both_methods_agree_where_either_may_be_taken(monkeypatch: pytest.MonkeyPatch) -> None:
     by_events = hc.Native(rtol=1e-6).run(GAPS)
-    monkeypatch.setattr("hertzchain.engines.native.backend._EXPENSIVE", np.inf)
+    monkeypatch.setattr("hertzchain.engines.native.backend._ADAPTIVE_WORK", np.inf)
     by_equal_steps = hc.Native(rtol=1e-6).run(GAPS)
     assert (by_events.method, by_equal_steps.method) == ("dop853", "srkn-11b")
     stated = by_events.error_estimate + by_equal_steps.error_estimate
@@ -333,5 +333,5 @@ def test_equal_steps_where_adaptive_ones_do_not_fit_in_memory(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     scene = touching_but_for(399)
-    monkeypatch.setattr("hertzchain.engines.native.damped_runs._ARRAYS", 1e9)
+    monkeypatch.setattr("hertzchain.engines.native.damped_runs._NUMBERS_PER_GRANULE", 1e9)
     assert hc.Native(rtol=1e-6).run(scene).method == "srkn-11b"
