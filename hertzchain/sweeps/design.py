@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 
 MOST_GRANULES = 1_000_000  # of a chain, chosen: a part may hold its peaks several times
-_MOST_LISTED = 100_000  # most values of one list (chosen); kept in memory and with the sweep
+_MOST_VALUES = 100_000  # most values of one list (chosen); kept in memory and with the sweep
 
 _FORMS = "A,B,C or LOW:HIGH:COUNT, LOW:HIGH:COUNT:log, or to be sampled LOW:HIGH, LOW:HIGH:log"
 
@@ -190,7 +190,7 @@ def axis_of(name: str, given: str | Iterable[Value]) -> Axis:
     several = several and getattr(given, "ndim", 1) == 1  # NumPy's numbers look iterable
     require(several, name, given, f"must be a list of values, or text: {_FORMS}")
     pieces: list[Any] = given.split(",") if isinstance(given, str) else list(given)
-    require(0 < len(pieces) <= _MOST_LISTED, name, None, f"must take 1 to {_MOST_LISTED:,} values")
+    require(0 < len(pieces) <= _MOST_VALUES, name, None, f"must take 1 to {_MOST_VALUES:,} values")
     values = tuple(_value(name, piece) for piece in pieces)
     require(len(set(values)) == len(values), name, None, "must not have a value twice")
     return Listed(name, values)
@@ -216,7 +216,7 @@ def _range(name: str, given: str) -> Axis:
     if _kind(name) != "int":
         return span
     # The whole numbers nearest to the grid, each of them once.
-    require(count <= _MOST_LISTED, name, given, f"must take at most {_MOST_LISTED:,} values")
+    require(count <= _MOST_VALUES, name, given, f"must take at most {_MOST_VALUES:,} values")
     spaced = np.geomspace if log else np.linspace
     whole = np.rint(spaced(low, high, count)).astype(np.int64)
     return Listed(name, tuple(dict.fromkeys(whole.tolist())))
@@ -328,7 +328,7 @@ def _directions() -> list[list[int]]:
 
 
 _OF_ELASTIC = {f"{wall}.{key}" for wall in WALLS for key in ("young_modulus", "poisson_ratio")}
-_TRIED = 64  # scenes that are tried before a sweep, if the first are impossible, chosen
+_TRIED_SCENES = 64  # scenes that are tried before a sweep, if the first are impossible, chosen
 MOST_SCENES = 10**8  # most scenes of a sweep, chosen: a day of two cores at a millisecond a scene
 
 
@@ -558,7 +558,7 @@ def _checksum(values: NDArray[Any]) -> str:
 
 def _refuse_impossible(layout: Design) -> None:
     """Raise the reason of the first of evenly spaced scenes, if none of them is possible."""
-    tried = np.unique(np.linspace(0, layout.scenes - 1, _TRIED).astype(np.int64))
+    tried = np.unique(np.linspace(0, layout.scenes - 1, _TRIED_SCENES).astype(np.int64))
     parameters = layout.parameters(tried)
     first = None
     for k in range(tried.size):

@@ -40,7 +40,7 @@ SIZE = (8.0, 5.0)  # width and height by default [inches]
 _LETTERS, _LETTERS_OF_TITLE = 15, 9  # letters in an inch of width: remarks, title
 _MOST_LINES = 1000  # most lines, chosen: more cannot be distinguished, and each costs a millisecond
 _MOST_VECTORS = 5000  # number of points from which PDF and SVG contain a bitmap of them
-_AS_GIVEN = 1e-3  # largest relative difference of a given value from the sweep's: three digits
+_TOLERANCE = 1e-3  # largest relative difference of a given value from the sweep's: three digits
 _DECADES = 100.0  # ratio of the largest value to the smallest from which an axis is logarithmic
 _BLUE = "#0072B2"  # where colours show nothing
 
@@ -213,7 +213,7 @@ def _meant(name: str, wanted: Any, values: NDArray[Any]) -> Any:
     given = wanted.strip() if isinstance(wanted, str) else wanted
     off = np.abs(values - float(to_si(name, given, "" if key is None else key.unit)))
     nearest = values[np.argsort(off, kind="stable")[:2]]
-    if not np.min(off) <= _AS_GIVEN * abs(nearest[0]):
+    if not np.min(off) <= _TOLERANCE * abs(nearest[0]):
         said = " and ".join(f"{value:.5g}" for value in np.sort(nearest))
         raise SceneError(name, wanted, f"is not in the sweep; the nearest there: {said}")
     return nearest[0]

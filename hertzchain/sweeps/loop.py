@@ -44,7 +44,7 @@ if TYPE_CHECKING:
     from hertzchain.scene.scene import Scene
 
 
-_PLAIN = 1e200  # numbers between it and its inverse are far from the limits of floating point
+_SAFE_RANGE = 1e200  # numbers between it and its inverse are far from the limits of floating point
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,7 +77,7 @@ def natural(given: Mapping[str, NDArray[Any]]) -> Natural:
         derived = (radius**3, stiffness, mass, force, length, time, time**2, mass * length, ratio)
         is_moderate = np.isfinite(duration)
         for values in (*derived, rise, length / time, force * time, force * length):
-            is_moderate &= (values > 1 / _PLAIN) & (values < _PLAIN)
+            is_moderate &= (values > 1 / _SAFE_RANGE) & (values < _SAFE_RANGE)
     return Natural(length, time, ratio, rise, duration, is_moderate)
 
 
@@ -223,14 +223,14 @@ KINDS: dict[str, type[Backend]] = {"native": Native, "lammps": Lammps}
 NAMES: dict[type, str] = {kind: name for name, kind in KINDS.items()}
 
 MOST_ROWS, MOST_PEAKS = 10_000, 500_000  # scenes and contacts of a part, chosen: about 30 MB
-_ALONE = 50  # scenes of a part that are run one by one; chosen: a kill loses as many
+_SINGLE_SCENES = 50  # scenes of a part that are run one by one; chosen: a kill loses as many
 _LEAST_PARTS = 16  # least number of parts; chosen, so that few scenes keep all cores busy
-_COUNTED = 500  # number of scenes whose granules are counted
-_SHORT, _SMALL = 2_000_000, 40
+_COUNTED_SCENES = 500  # number of scenes whose granules are counted
+_SERIAL_WORK, _SMALL_CHAIN_GRANULES = 2_000_000, 40
 """Scenes times granules squared, at least those of a small chain, below which no process is started
 (measured): two take 2 s to start, as long as 1,200 elastic scenes of 31 granules or 550 of 60.
 """
-_LONG = 1e8  # natural time units times granules, about 1 s: longer scenes run by themselves
+_SINGLE_SCENE_WORK = 1e8  # natural time units times granules (1 s): longer scenes run by themselves
 _YEAR = 3e7  # no time limit [s]
 
 _INTERVAL = 1.0  # longest time between two checks of the workers [s]
@@ -276,13 +276,13 @@ def part_size(design: Design, backend: Backend) -> int:
     """Return the number of scenes in a part."""
     size = min(MOST_ROWS, MOST_PEAKS // _largest(design))
     if not _is_batched(design, backend):
-        size = min(size, _ALONE, math.ceil(design.scenes / _LEAST_PARTS))
+        size = min(size, _SINGLE_SCENES, math.ceil(design.scenes / _LEAST_PARTS))
     return max(size, 1)
 
 
 def _largest(design: Design) -> int:
     """Return the granules of the longest chain of some scenes."""
-    some = np.linspace(0, design.scenes - 1, min(design.scenes, _COUNTED)).astype(np.int64)
+    some = np.linspace(0, design.scenes - 1, min(design.scenes, _COUNTED_SCENES)).astype(np.int64)
     return int(np.max(design.parameters(some)["chain.granules"]))
 
 
@@ -303,7 +303,7 @@ def _is_short(design: Design, backend: Backend) -> bool:
         return False
     if design.base.contact is not None:
         return False
-    return design.scenes * max(_largest(design), _SMALL) ** 2 < _SHORT
+    return design.scenes * max(_largest(design), _SMALL_CHAIN_GRANULES) ** 2 < _SERIAL_WORK
 
 
 # One part
@@ -377,7 +377,7 @@ def _batches(
 
     rtol = RTOL if native.rtol is None else native.rtol
     profile, granules = given["shock.profile"], given["chain.granules"]
-    fit = similar.is_moderate & (similar.duration * granules < _LONG)
+    fit = similar.is_moderate & (similar.duration * granules < _SINGLE_SCENE_WORK)
     alike = [
         np.nonzero((profile == shape) & (granules == count) & fit)[0]
         for shape in np.unique(profile)

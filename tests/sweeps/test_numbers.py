@@ -192,7 +192,7 @@ def test_scenes_that_take_long_are_measured_one_by_one(
 ) -> None:
     layout = design(SHORT, {"chain.granules": [6, 12]})
     longest = max(s.end_time / s.units.time * s.chain.granules for s in all_scenes(layout))
-    monkeypatch.setattr(loop, "_LONG", room * longest)
+    monkeypatch.setattr(loop, "_SINGLE_SCENE_WORK", room * longest)
     told: list[int] = []
     part = loop.Part("native-0000", hc.Native(), 0, 2)
     loop.measure(layout, part, peaks=False, report_progress=told.append)
@@ -358,7 +358,7 @@ def test_where_scenes_are_measured_changes_no_value(monkeypatch: pytest.MonkeyPa
     vary = {"run.end_time": "5e-5:2e-4:12"}  # not for the batch
     tables = []
     for most in (0, 10**9):
-        monkeypatch.setattr(loop, "_SHORT", most)
+        monkeypatch.setattr(loop, "_SERIAL_WORK", most)
         swept = hc.sweep(SHORT, vary, peaks=True)
         tables.append((swept.to_frame(), swept.peaks_to_frame()))
     for frame, other in zip(*tables, strict=True):
