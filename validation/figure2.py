@@ -252,9 +252,9 @@ def _of_the_paper(expected: dict[float, float]) -> Iterator[Row]:
     off = np.max(np.abs(paper - exact)) / np.max(exact)
     name = "largest difference from the exact wave, of its peak"
     yield row(name, "paper", off, 0.02, 5e-4, FOUND)
-    for (fraction, exact), stated in zip(expected.items(), (1.0223, 1.0447), strict=True):
+    for (fraction, exact_width), stated in zip(expected.items(), (1.0223, 1.0447), strict=True):
         name = f"width above {100 * fraction:g} % over the exact one"
-        ratio = paper_profile().width(fraction) / exact
+        ratio = paper_profile().width(fraction) / exact_width
         yield row(name, "paper", ratio, stated, 1e-4, FOUND)
 
 
