@@ -78,8 +78,8 @@ def found(scene: hc.Scene, commands: Sequence[str] = COMMANDS) -> FoundDeck:
     walls: tuple[FoundWall, ...] = ()
     if scene.wall is not None:
         behind = slice(between, None)
-        pressed, held = (np.ravel(one) for one in tried(behind, DEPTHS[1:]))
-        damped, push = (np.ravel(one) for one in tried(behind, depths))
+        pressed, held = (np.ravel(column) for column in tried(behind, DEPTHS[1:]))
+        damped, push = (np.ravel(column) for column in tried(behind, depths))
         surface = place[-1] + granules.radius[-1] + scene.wall.gap - granules.static_overlap[-1]
         at = next(k for k, text in enumerate(commands) if " wall/" in text)
         walls = (FoundWall("last", surface, pressed, held, closing, damped, push, 0.0, at),)
@@ -205,8 +205,8 @@ def both(*changes: Change) -> Change:
     """Makes several changes."""
 
     def change(deck: FoundDeck) -> FoundDeck:
-        for one in changes:
-            deck = one(deck)
+        for change_numbers in changes:
+            deck = change_numbers(deck)
         return deck
 
     return change
@@ -217,8 +217,8 @@ def in_texts(old: str, new: str) -> Change:
 
     def change(deck: FoundDeck) -> FoundDeck:
         commands = tuple(
-            replace(one, text=one.text.replace(old, new), written=one.written.replace(old, new))
-            for one in deck.commands
+            replace(c, text=c.text.replace(old, new), written=c.written.replace(old, new))
+            for c in deck.commands
         )
         assert commands != deck.commands
         return changed(deck, commands=commands)
@@ -354,7 +354,7 @@ def assert_alike(texts: Sequence[str], expected: Sequence[str]) -> None:
     Powers and roots may differ in their last digit from one C library to another, and sums of them
     by a few more: 2e-11 is what decks of ours are allowed, too.
     """
-    one, other = "\n".join(texts), "\n".join(expected)
-    assert SIZES.sub("#", one) == SIZES.sub("#", other), one
-    numbers, wanted = ([float(size) for size in SIZES.findall(text)] for text in (one, other))
+    ours, other = "\n".join(texts), "\n".join(expected)
+    assert SIZES.sub("#", ours) == SIZES.sub("#", other), ours
+    numbers, wanted = ([float(size) for size in SIZES.findall(text)] for text in (ours, other))
     assert numbers == pytest.approx(wanted, rel=2e-11, abs=0)

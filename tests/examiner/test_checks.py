@@ -190,13 +190,13 @@ def test_a_fix_that_pushes_in_motion_alone(
     deck = changed(right, fixes=(right.fixes[0], fix))
     if led:
         deck = changed(deck, driven=np.arange(scene.chain.granules) == 0)
-    found = [one for one in examined(scene, deck).to_correct if one.name.startswith("force of fix")]
+    checks = [c for c in examined(scene, deck).to_correct if c.name.startswith("force of fix")]
     way = ("along", "across")[column]
-    assert [one.name for one in found] == [f"force of fix addforce {way} the chain"] * told
+    assert [check.name for check in checks] == [f"force of fix addforce {way} the chain"] * told
     if told:
         before = f"{at_rest:g} N" if at_rest else "none"
-        assert f"granule {granule + 1} in motion, and {before} at rest" in found[0].sentence
-        assert str(found[0].place) == "in.made:11"
+        assert f"granule {granule + 1} in motion, and {before} at rest" in checks[0].sentence
+        assert str(checks[0].place) == "in.made:11"
 
 
 def test_a_chain_that_stays_at_rest_has_one_thing_to_correct(
@@ -252,7 +252,7 @@ def test_an_effect_without_bounds_is_null_in_json(scene: hc.Scene, right: FoundD
     done = examined(scene, plus("missed_overlap", 3, 1e-6)(right))
     assert by_name(done, "neighbours").effect == np.inf
     json.dumps(done.to_dict(), allow_nan=False)
-    (check,) = (one for one in done.to_dict()["checks"] if one["name"] == "neighbours")
+    (check,) = (check for check in done.to_dict()["checks"] if check["name"] == "neighbours")
     assert check["effect_on_peaks"] is None
 
 
@@ -263,12 +263,12 @@ def test_a_radius_that_stands_for_a_diameter(scene: hc.Scene, right: FoundDeck) 
         "create_atoms 1 single ${R} 0 0",
         "set group all diameter ${R}",
     )
-    made = [
+    definitions = [
         replace(right.commands[0], text=text.replace("${R}", "4.75e-3"), written=text, line=line)
         for line, text in enumerate(extra, start=20)
     ]
-    commands = tuple(one for one in right.commands if "diameter" not in one.text)
-    deck = changed(times("radius", 0.5)(right), commands=(*made, *commands), first_run=14)
+    commands = tuple(command for command in right.commands if "diameter" not in command.text)
+    deck = changed(times("radius", 0.5)(right), commands=(*definitions, *commands), first_run=14)
     check = by_name(examined(scene, deck), "radius")
     tried = [lines for edits in check.corrections for lines in edits.values()]
     assert ("set group all diameter 0.0095",) in tried
@@ -278,9 +278,9 @@ def test_a_crest_between_readings_is_no_smaller_peak(scene: hc.Scene, right: Fou
     """The scene itself is as high at these readings; a peak that is off has digits that tell."""
     thin = changed(right, applied_time=right.applied_time[::7],
                    applied_force=right.applied_force[::7])  # fmt: skip
-    found = by_name(examined(scene, thin), "applied force")
-    assert found.passed
-    assert found.measured == np.max(thin.applied_force) > 99.0
+    check = by_name(examined(scene, thin), "applied force")
+    assert check.passed
+    assert check.measured == np.max(thin.applied_force) > 99.0
     check = by_name(examined(scene, times("applied_force", 1 + 1e-5)(thin)), "peak of the applied")
     assert check.sentence.startswith("the largest applied force is 100.00")
     assert check.measured == pytest.approx(100.001, rel=1e-6)
@@ -306,7 +306,7 @@ def test_the_document(scene: hc.Scene, right: FoundDeck) -> None:
     numbers = done.to_dict()
     assert (numbers["verdict"], numbers["peak_reading_error"]) == ("fail", 0)
     assert numbers["peak_force_N"] == right.peak_force.tolist()
-    first = next(one for one in numbers["checks"] if one["name"].startswith("mass"))
+    first = next(check for check in numbers["checks"] if check["name"].startswith("mass"))
     # The variable that the density is; nothing is proven.
     assert (first["line"], first["command"]) == (2, None)
     assert first_guess(done.to_correct[0]) == ("variable rho equal 7958",)

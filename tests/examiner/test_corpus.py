@@ -26,7 +26,7 @@ def right(name: str, folder: Path) -> hc.DeckExamination:
 
 
 @pytest.mark.parametrize(
-    "name", [pytest.param(one, marks=[] if one in QUICK else pytest.mark.slow) for one in DECKS]
+    "name", [pytest.param(name, marks=[] if name in QUICK else pytest.mark.slow) for name in DECKS]
 )
 def test_right_decks(name: str, tmp_path: Path) -> None:
     examined = right(name, tmp_path)
@@ -43,7 +43,7 @@ def test_a_correction_has_all_commands_that_set_a_number(tmp_path: Path) -> None
     changes = ["* * hertz/material ${E}", "* * hertz/material 7e9", "4/3*${E}", "4/3*7e9"]
     examined = hc.examine(scene_of("wall"), copied(tmp_path, "wall", changes))
     (finding,) = examined.findings
-    assert [one.line for one in finding.correction] == [19, 21]  # those of beads and of the wall
+    assert [line.line for line in finding.correction] == [19, 21]  # those of beads and of the wall
 
 
 SETTLED = """fix v all viscous 70
@@ -77,11 +77,11 @@ def test_files_are_looked_for_in_the_working_folder(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """As LAMMPS does; a file of that name next to the deck is another one."""
-    here, there = tmp_path / "here", tmp_path / "there"
-    for folder, modulus in ((here, "193e9"), (there, "100e9")):
+    working, there = tmp_path / "here", tmp_path / "there"
+    for folder, modulus in ((working, "193e9"), (there, "100e9")):
         folder.mkdir()
         copied(folder, "steel_data", ("193e9", modulus))
-    monkeypatch.chdir(here)
+    monkeypatch.chdir(working)
     said: list[str] = []
     done = hc.examine(scene_of("steel"), there / "in.steel_data", progress=said.append)
     assert done.verdict == "pass"

@@ -81,8 +81,8 @@ def in_wall(**numbers: Callable[[Any], Any]) -> Change:
 
     def change(deck: FoundDeck) -> FoundDeck:
         (wall,) = deck.walls
-        made = {name: of(getattr(wall, name)) for name, of in numbers.items()}
-        return changed(deck, walls=(replace(wall, **made),))
+        values = {name: of(getattr(wall, name)) for name, of in numbers.items()}
+        return changed(deck, walls=(replace(wall, **values),))
 
     return change
 
@@ -269,7 +269,7 @@ def test_a_deck_of_another_scene(name: str) -> None:
     done = examined(scene, deck_of(deck, other, old, new))
     is_as_expected(name, done)
     assert len(done.to_correct) == 1
-    right, wrong = (hc.Native("reference").run(one).peak_force for one in (scene, other))
+    right, wrong = (hc.Native("reference").run(each).peak_force for each in (scene, other))
     off = np.abs(wrong / right - 1)[done.judged]
     # Steps of the deck change both peaks by less than 1e-4.
     assert done.to_correct[0].effect == pytest.approx(float(np.max(off)), abs=1e-4)
@@ -342,17 +342,17 @@ def test_numbers_in_the_units_of_a_deck(
     if name in OF_SCENES:
         deck, scene_change, old, new = OF_SCENES[name]
         scene = scene_of(deck)
-        found = deck_of(deck, replace(scene, **scene_change), old, new)
+        contents = deck_of(deck, replace(scene, **scene_change), old, new)
     else:
         deck, change = OF_NUMBERS[name]
         scene = scene_of(deck)
-        found = change(deck_of(deck, scene))
-    si, _ = case_of(scene, found, 1e-3, Deadline(60.0), {})
+        contents = change(deck_of(deck, scene))
+    si, _ = case_of(scene, contents, 1e-3, Deadline(60.0), {})
     pairs = [pairs_of(case, number) for case in (si, replace(si, units=UNITS))]
-    assert [len(one) for one in pairs] == [len(units)] * 2
+    assert [len(numbers) for numbers in pairs] == [len(units)] * 2
     for in_si, in_units, names in zip(*pairs, units, strict=True):
-        for here, there, unit in zip(in_si, in_units, names, strict=True):
-            assert here == pytest.approx(there * getattr(UNITS, unit) if unit else 0.0)
+        for value, there, unit in zip(in_si, in_units, names, strict=True):
+            assert value == pytest.approx(there * getattr(UNITS, unit) if unit else 0.0)
 
 
 def test_a_wrong_pitch_is_a_factor_unless_it_is_near_1() -> None:

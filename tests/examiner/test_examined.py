@@ -58,12 +58,12 @@ def test_the_fixed_deck(edits: Edits, fixed: str, scene: hc.Scene, right: FoundD
 def test_corrections_are_in_the_order_of_their_lines(scene: hc.Scene, right: FoundDeck) -> None:
     done = examined(scene, right)
     lines = done.corrections_of({("in.made", 3): ("a", "b"), ("in.made", 1): (), ("x", 2): ("c",)})
-    assert [(one.line, one.written, one.commands) for one in lines] == [
+    assert [(line.line, line.written, line.commands) for line in lines] == [
         (1, "units si", ()), (2, "", ("c",)), (3, right.commands[2].written, ("a", "b")),
     ]  # fmt: skip
     assert lines[2].to_dict() == {"file": "in.made", "line": 3, "commands": ["a", "b"]}
-    made = replace(done, findings=(Finding(done.checks[:1], lines), Finding(done.checks[1:2])))
-    corrections = [one["correction"] for one in made.to_dict()["findings"]]
+    outcome = replace(done, findings=(Finding(done.checks[:1], lines), Finding(done.checks[1:2])))
+    corrections = [finding["correction"] for finding in outcome.to_dict()["findings"]]
     assert corrections == [[line.to_dict() for line in lines], None]
 
 
@@ -114,8 +114,8 @@ def test_another_number_of_granules(name: str, more: int) -> None:
     other = replace(scene, chain=replace(scene.chain, granules=count))
     deck = found(other) if name == "steel" else deck_of(name, other)
     decks = [deck] if name == "column" else [deck, changed(deck, units="lj")]
-    for one in decks:
-        first, *rest = examined(scene, one).to_correct
+    for contents in decks:
+        first, *rest = examined(scene, contents).to_correct
         assert (first.name, first.measured) == ("number of granules", count)
         assert first.expected == scene.chain.granules
         assert [check.kind for check in rest] == ["constant force"] * (name == "precompressed")
@@ -169,7 +169,7 @@ def test_how_long_a_deck_settles(scene: hc.Scene, right: FoundDeck) -> None:
     before = Executed("run 100", "in.made", 12, "run 100")
     commands = (*right.commands[:-1], before, right.commands[-1])
     late = examined(scene, changed(right, before=2e-5, commands=commands, first_run=13))
-    assert any("the shock begins 2e-05 s after" in one for one in late.remarks)
+    assert any("the shock begins 2e-05 s after" in remark for remark in late.remarks)
 
 
 @pytest.mark.parametrize(("ends", "judged"), [(0.5, 0.5), (30.0, 30.0), (300.0, 100.0)])

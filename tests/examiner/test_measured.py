@@ -124,8 +124,8 @@ def test_both_sides_of_a_start_between_runs(
     deck = two_runs(right, 200 * STEP)
     moved = factor * scene.applied_force(deck.applied_time - start * STEP)
     force = np.where(np.arange(20) == 0, moved[:, np.newaxis], 0.0)
-    found = measured.start_of_shock(changed(deck, applied_force=force), scene)
-    assert found / STEP == pytest.approx(begun, abs=3e-3)
+    begin = measured.start_of_shock(changed(deck, applied_force=force), scene)
+    assert begin / STEP == pytest.approx(begun, abs=3e-3)
 
 
 def test_the_start_of_a_force_that_is_none(scene: hc.Scene, right: FoundDeck) -> None:
@@ -145,7 +145,7 @@ def test_a_shock_without_force_begins_after_its_velocity(
     scene = scene_of(name)
     deck = two_runs(deck_of(name, scene), 200 * STEP)
     later = Executed(f"{command} first set 0.5 0 0", "in.made", 12, "")
-    commands = (*(one for one in deck.commands if "velocity" not in one.text[:9]), later)
+    commands = (*(c for c in deck.commands if "velocity" not in c.text[:9]), later)
     deck = changed(deck, commands=commands)
     assert measured.start_of_shock(deck, scene) == 0.0  # granules move at the start already
     still = changed(deck, velocity=0 * deck.velocity)
@@ -223,9 +223,9 @@ def test_readings_of_runs_at_their_ends(right: FoundDeck) -> None:
     time = STEP * np.array([0, 2, 4, 4, 7, 10])
     force = np.arange(6.0)[:, np.newaxis] * np.ones(20)
     deck = changed(right, runs=runs, applied_time=time, applied_force=force)
-    (first, one), (second, two) = measured.readings_of_runs(deck)
+    (first, force_1), (second, force_2) = measured.readings_of_runs(deck)
     assert (first.tolist(), second.tolist()) == (time[:3].tolist(), time[3:].tolist())
-    assert (one[:, 0].tolist(), two[:, 0].tolist()) == ([0, 1, 2], [3, 4, 5])
+    assert (force_1[:, 0].tolist(), force_2[:, 0].tolist()) == ([0, 1, 2], [3, 4, 5])
     short, long = measured.stretches_of(deck, scene_of("steel"), 0.0, np.array([0, 3]))
     assert short.applied[:, 1] == pytest.approx([0, 0.5, 1, 1.5, 2])
     assert long.applied[:, 0] == pytest.approx([3, 10 / 3, 11 / 3, 4, 13 / 3, 14 / 3, 5])
@@ -243,11 +243,11 @@ def test_a_wall_begins_where_its_force_does() -> None:
     for late, moved in ((1e-9, True), (1e-7, False)):
         shift = late * wall.overlap[-1]
         push = wall.force * ((wall.overlap + shift) / wall.overlap) ** 1.5
-        found = measured.far_wall(changed(deck, walls=(replace(wall, force=push),)))
+        moved_wall = measured.far_wall(changed(deck, walls=(replace(wall, force=push),)))
         by = shift if moved else 0.0
-        assert found.position - wall.position == pytest.approx(-by, rel=1e-3, abs=1e-17)
-        assert found.overlap - wall.overlap == pytest.approx(by, rel=1e-3)
-        assert found.damped_overlap - wall.damped_overlap == pytest.approx(by, rel=1e-3)
+        assert moved_wall.position - wall.position == pytest.approx(-by, rel=1e-3, abs=1e-17)
+        assert moved_wall.overlap - wall.overlap == pytest.approx(by, rel=1e-3)
+        assert moved_wall.damped_overlap - wall.damped_overlap == pytest.approx(by, rel=1e-3)
 
 
 @pytest.mark.parametrize("power", [0.25, 1.5])
@@ -255,11 +255,11 @@ def test_the_power_of_a_damping_is_that_of_two_overlaps(power: float) -> None:
     """Of granules that approach; half where there are no two overlaps, or no two signs alike."""
     overlap, closing = np.array([1e-6, 4e-6, 3e-6]), np.array([0.5, 1.0, -1.0])
     added = 3.0 * overlap**power * closing
-    one = measured.Damper(added, 0 * added, 1 + 0 * added, closing, overlap)
-    assert measured._power_of([one], 0.0) == power
+    damper = measured.Damper(added, 0 * added, 1 + 0 * added, closing, overlap)
+    assert measured._power_of([damper], 0.0) == power
     for other in (
-        replace(one, overlap=np.full(3, 1e-6)), replace(one, added=added * [1, 0, 1]),
-        replace(one, added=added * [1, -1, 1]),
+        replace(damper, overlap=np.full(3, 1e-6)), replace(damper, added=added * [1, 0, 1]),
+        replace(damper, added=added * [1, -1, 1]),
     ):  # fmt: skip
         assert measured._power_of([other], 0.25) == 0.25
 
@@ -290,7 +290,7 @@ def test_a_piston_that_goes_astray_for_a_moment() -> None:
     assert not check.passed
     none = np.zeros(0)
     still = changed(deck, stopped="no step", driven_time=none, driven_displacement=none)
-    assert not any("piston" in one.name for one in examined(scene, still).checks)
+    assert not any("piston" in check.name for check in examined(scene, still).checks)
 
 
 # What a case is, what it expects and what room it has

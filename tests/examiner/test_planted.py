@@ -46,7 +46,7 @@ def is_found(examined: hc.DeckExamination, mistake: Mistake) -> None:
         (
             check.name,
             [check.place.written if check.place else "",
-             *(one.written for one in (by if by.follows is None
+             *(line.written for line in (by if by.follows is None
                                        else examined.findings[by.follows]).correction)],
         )
         for by in examined.findings
@@ -98,7 +98,7 @@ def marks(name: str) -> list[pytest.MarkDecorator]:
     return [*slow, *([pytest.mark.xfail(strict=True)] if name in DEFECTS else [])]
 
 
-@pytest.mark.parametrize("name", [pytest.param(one, marks=marks(one)) for one in MISTAKES])
+@pytest.mark.parametrize("name", [pytest.param(name, marks=marks(name)) for name in MISTAKES])
 def test_a_mistake_is_found_and_corrected(name: str, tmp_path: Path) -> None:
     mistake = MISTAKES[name]
     path = copied(tmp_path, mistake.deck, mistake.changes)

@@ -59,15 +59,15 @@ class Deck:
             raise RunFailed("LAMMPS stopped")
         names, error = self.outcome(now)
         checks = [
-            one if one.name in names else replace(one, passed=True, differs=False, effect=0.0)
-            for one in self.checks
+            c if c.name in names else replace(c, passed=True, differs=False, effect=0.0)
+            for c in self.checks
         ]
         peaks = replace(self.done.checks[-1], passed=error < 1e-3)
         stopped = "granules left the box" if "stops" in now else ""
-        found = changed(
+        contents = changed(
             self.contents, peak_force=self.done.reference.peak_force * (1 + error), stopped=stopped
         )
-        return replace(self.done, checks=(*checks, peaks), contents=found)
+        return replace(self.done, checks=(*checks, peaks), contents=contents)
 
     def proven(self) -> hc.DeckExamination:
         """The examination of the deck as it is, with its proven corrections."""
@@ -78,12 +78,12 @@ def shown(done: hc.DeckExamination) -> list[tuple[str, list[str], bool, int | No
     """Of each finding its checks, its lines, whether only with others, and what it follows."""
     return [
         (
-            " ".join(check.name for check in one.checks),
-            [f"{line.line}: {'; '.join(line.commands)}" for line in one.correction],
-            one.with_others,
-            one.follows,
+            " ".join(check.name for check in finding.checks),
+            [f"{line.line}: {'; '.join(line.commands)}" for line in finding.correction],
+            finding.with_others,
+            finding.follows,
         )
-        for one in done.findings
+        for finding in done.findings
     ]
 
 
@@ -186,12 +186,12 @@ def test_corrections(name: str, scene: hc.Scene, right: FoundDeck) -> None:
     for finding in done.findings:
         for check in finding.checks:
             assert check in done.checks
-            own = [one.commands for one in finding.correction]
-            assert check.command == ("\n".join(own[0]) if own else "")
-    assert len(deck.tried) == len({frozenset(one.items()) for one in deck.tried})  # none twice
+            commands = [line.commands for line in finding.correction]
+            assert check.command == ("\n".join(commands[0]) if commands else "")
+    assert len(deck.tried) == len({frozenset(edit.items()) for edit in deck.tried})  # none twice
     printed = repr(done)
-    assert printed.count("correct only together with") == sum(one[2] for one in findings)
-    assert printed.count("this follows from 1") == sum(one[3] == 0 for one in findings)
+    assert printed.count("correct only together with") == sum(row[2] for row in findings)
+    assert printed.count("this follows from 1") == sum(row[3] == 0 for row in findings)
 
 
 def test_a_variable_that_is_right_is_not_to_blame(scene: hc.Scene, right: FoundDeck) -> None:
@@ -227,8 +227,8 @@ def test_no_worse(scene: hc.Scene, right: FoundDeck) -> None:
 
     def of(*names: str, error: float = 0.1, stopped: str = "") -> hc.DeckExamination:
         checks = [failed("mass", 2), failed("law", 3)]
-        one = Deck(scene, right, checks, lambda _: (names, error))({})
-        return replace(one, contents=changed(one.contents, stopped=stopped))
+        examination = Deck(scene, right, checks, lambda _: (names, error))({})
+        return replace(examination, contents=changed(examination.contents, stopped=stopped))
 
     both, dead = of("mass", "law"), of("mass", "law", stopped="lost atoms")
     assert correct.is_no_worse(both, of("law"))

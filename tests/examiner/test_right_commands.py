@@ -41,8 +41,8 @@ def right_case(name: str) -> Case:
 
 def case(name: str, units: str = "si", **numbers: Any) -> Case:
     """The same with other units or numbers of its granules."""
-    made = right_case(name)
-    return replace(made, units=UNITS[units], deck=changed(made.deck, **numbers))
+    example = right_case(name)
+    return replace(example, units=UNITS[units], deck=changed(example.deck, **numbers))
 
 
 def later(name: str, units: str = "si", **numbers: Any) -> Callable[[], Case]:
@@ -117,16 +117,16 @@ TABLE: list[tuple[Commands, Callable[[], Case], list[str] | None]] = [
 
 @pytest.mark.parametrize("row", range(len(TABLE)))
 def test_commands_of_a_scene(row: int) -> None:
-    commands, made, expected = TABLE[row]
-    lines = commands(made())
+    commands, example_of, expected = TABLE[row]
+    lines = commands(example_of())
     assert (lines is None) == (expected is None)
     assert_alike(lines or [], expected or [])
 
 
 def test_places_begin_at_granule_1() -> None:
     """Granules of rubber press one another, more so further down."""
-    one, *_, last = right.place_commands(case("column", "cgs", **DOWN)) or []
-    assert one == "set atom 1 x 1 y 0 z 30"
+    first, *_, last = right.place_commands(case("column", "cgs", **DOWN)) or []
+    assert first == "set atom 1 x 1 y 0 z 30"
     assert last.startswith("set atom 10 x 1 y 0 z 12.07263")
     assert right.place_commands(case("column", ids=np.arange(9))) is None
 
@@ -149,14 +149,14 @@ def test_words_of_damping(
     contact: hc.Contact, version: str, number: str, words: str, of_wall: bool
 ) -> None:
     """In cgs: a dashpot of 1 kg/s is one of 1000 g/s, and of 1e9 pg/us. A wall may have another."""
-    made = case("wall", "cgs")
+    example = case("wall", "cgs")
     wall = hc.Wall("rigid", **{f"{contact.damping}".replace("dashpot", "coefficient"): 0.5})
-    scene = replace(made.scene, contact=contact, wall=wall)
+    scene = replace(example.scene, contact=contact, wall=wall)
     number = {"0.9": "0.5", "250": "500"}[number] if of_wall else number
     k = scene.granules.mass.size - 1 if of_wall else 3
-    made = replace(made, scene=scene)
-    assert right.damping_words(made, k, version) == (number, words)
-    small, _ = right.damping_words(replace(made, units=UNITS["micro"]), k, version)
+    example = replace(example, scene=scene)
+    assert right.damping_words(example, k, version) == (number, words)
+    small, _ = right.damping_words(replace(example, units=UNITS["micro"]), k, version)
     assert float(small) == float(number) * (1 if contact.restitution else 1e6)
 
 
@@ -176,10 +176,10 @@ def test_both_sides_of_the_most_lines(count: int, lines: int) -> None:
     """One line for each diameter, and one for all densities."""
     radius = np.linspace(4e-3, 5e-3, count).tolist()
     chain = hc.Chain(count, radius, young_modulus=70e9, poisson_ratio=0.3, density=7800.0)
-    made = case("wall", ids=np.arange(count) + 1, types=np.ones(count, np.int64))
-    made = replace(made, scene=hc.Scene(chain, PULSE))
-    assert len(right.granule_commands(made)) == lines
-    assert (right.place_commands(made) is None) == (count > 64)
+    example = case("wall", ids=np.arange(count) + 1, types=np.ones(count, np.int64))
+    example = replace(example, scene=hc.Scene(chain, PULSE))
+    assert len(right.granule_commands(example)) == lines
+    assert (right.place_commands(example) is None) == (count > 64)
 
 
 @pytest.mark.parametrize("rows", [40, 41])
@@ -187,9 +187,9 @@ def test_both_sides_of_a_table_that_is_a_formula(rows: int) -> None:
     """Of at most 39 pieces, one between two rows each."""
     force = np.where(np.arange(rows) % 2, 100.0, 50.0)
     table = hc.PulseTable(tuple(np.linspace(0.0, 1e-4, rows)), tuple(force))
-    made = case("piston")
-    made = replace(made, scene=replace(made.scene, shock=table))
-    assert (right.shock_commands(made) is None) == (rows > 40)
+    example = case("piston")
+    example = replace(example, scene=replace(example.scene, shock=table))
+    assert (right.shock_commands(example) is None) == (rows > 40)
 
 
 def test_pairs_of_types() -> None:
@@ -203,12 +203,12 @@ def test_pairs_of_types() -> None:
         modulus(70e9, 0.3), 1 / (1 / (2 * modulus(70e9, 0.3)) + 1 / (2 * modulus(200e9, 0.3))),
         modulus(200e9, 0.3),
     )]  # fmt: skip
-    made = replace(case("wall"), scene=scene)
+    example = replace(case("wall"), scene=scene)
 
     def lines(*types: int) -> list[str] | None:
-        deck = changed(made.deck, types=np.array(types))
-        commands = right.law_commands(replace(made, deck=deck))
-        return None if commands is None else [" ".join(one.split()[1:6]) for one in commands]
+        deck = changed(example.deck, types=np.array(types))
+        commands = right.law_commands(replace(example, deck=deck))
+        return None if commands is None else [" ".join(line.split()[1:6]) for line in commands]
 
     assert lines(1, 1, 2, 2) == ["granular", *(
         f"{pair} hertz {law} 0.0" for pair, law in zip(("1 1", "1 2", "2 2"), laws, strict=True)
@@ -222,13 +222,13 @@ def test_pairs_of_types() -> None:
     assert lines(1, 1, 1, 2) is None  # granules 1, 2 and 3 are of one type, and not alike
 
 
-@pytest.mark.parametrize(("off", "one"), [(1 / 3, True), (3.0, False)])
-def test_both_sides_of_one_material(off: float, one: bool) -> None:
+@pytest.mark.parametrize(("off", "is_one_law"), [(1 / 3, True), (3.0, False)])
+def test_both_sides_of_one_material(off: float, is_one_law: bool) -> None:
     """Stiffnesses of one type may differ by a billionth of them."""
-    made = case("piston")
+    example = case("piston")
     young = 193e9 * (1 + 1e-9 * off * (np.arange(12) > 5))
-    scene = replace(made.scene, chain=replace(made.scene.chain, young_modulus=young.tolist()))
-    assert (right.law_commands(replace(made, scene=scene)) is not None) == one
+    scene = replace(example.scene, chain=replace(example.scene.chain, young_modulus=young.tolist()))
+    assert (right.law_commands(replace(example, scene=scene)) is not None) == is_one_law
 
 
 def test_fixed_granules_of_damped_contacts_are_frozen() -> None:

@@ -60,10 +60,10 @@ def test_both_sides_of_an_effect(name: str, right: FoundDeck) -> None:
 
 
 def both_sides(
-    name: str, made: Callable[[float], Change], most: float, scene: hc.Scene, right: FoundDeck
+    name: str, change: Callable[[float], Change], most: float, scene: hc.Scene, right: FoundDeck
 ) -> hc.DeckCheck:
     """A difference of which a third passes, and three times of it is to correct, with a line."""
-    little, much = (examined(scene, made(share * most)(right)) for share in (1 / 3, 3.0))
+    little, much = (examined(scene, change(share * most)(right)) for share in (1 / 3, 3.0))
     assert [check.sentence for check in little.checks[:-1] if not check.passed] == []
     check = by_name(much, name)
     assert not check.passed
@@ -205,7 +205,7 @@ def test_both_sides_of_what_the_motion_may_add_to_a_failed_check(
     for share, names in ((1 / 3, [mass.name]), (3.0, [mass.name, "motion"])):
         peaks = moved.peak_force * (1 + share * allowed)
         to_correct = examined(scene, changed(moved, peak_force=peaks)).to_correct
-        assert [one.name.split(",")[0] for one in to_correct] == names
+        assert [check.name.split(",")[0] for check in to_correct] == names
 
 
 def test_both_sides_of_the_motion_at_the_end(scene: hc.Scene, right: FoundDeck) -> None:
@@ -225,10 +225,10 @@ def test_numbers_that_are_off_by_the_same_are_one_finding(
 ) -> None:
     """By a hundredth of it; the rest of many different ones is one finding, too."""
     two = both(times("mass", 1.2, 3), times("mass", 1.2006, 4), times("mass", 1.206, 9))
-    names = [one.name for one in examined(scene, two(right)).checks if one.name[:4] == "mass"]
+    names = [check.name for check in examined(scene, two(right)).checks if check.name[:4] == "mass"]
     assert sorted(names) == ["mass of granule 10", "mass of granules 4 to 5"]
     many = both(*(times("mass", 1 + 0.1 * k, k) for k in range(1, 6)))
-    names = [one.name for one in examined(scene, many(right)).checks if one.name[:4] == "mass"]
+    names = [c.name for c in examined(scene, many(right)).checks if c.name[:4] == "mass"]
     assert sorted(names) == ["mass of granule 5", "mass of granule 6", "mass of granules 2 to 4"]
 
 

@@ -129,7 +129,7 @@ def test_processes_that_cannot_be_started(monkeypatch: pytest.MonkeyPatch) -> No
         with pytest.raises(RunFailed, match="cannot be started"):
             child.call(len, "", time_limit=LIMIT)
     monkeypatch.syspath_prepend(ROOT / "tests" / "no_lammps")
-    assert [type(one) for one in run_many([SHORT, SHORT])] == [BackendMissing, BackendMissing]
+    assert [type(result) for result in run_many([SHORT, SHORT])] == [BackendMissing, BackendMissing]
 
 
 @linux
@@ -156,7 +156,7 @@ def test_what_a_process_prints_is_no_answer() -> None:
 
 def kinds(kind: type[hc.HertzchainError]) -> list[type[hc.HertzchainError]]:
     """An error and all those that are one."""
-    return [kind, *(below for one in kind.__subclasses__() for below in kinds(one))]
+    return [kind, *(below for subclass in kind.__subclasses__() for below in kinds(subclass))]
 
 
 @pytest.mark.parametrize("kind", kinds(hc.HertzchainError))
@@ -241,10 +241,10 @@ def test_lammps_ends_with_the_process_that_started_it(
 def test_isolated_or_not_is_the_same() -> None:
     times = np.linspace(0, SHORT.end_time, 4)
     both = [hc.Lammps(dt=1e-7, isolated=isolated) for isolated in (False, True)]
-    here, there = (lammps.run(SHORT, times) for lammps in both)
-    assert here.peak_force.tolist() == there.peak_force.tolist()
-    assert here.error_estimate == there.error_estimate
-    assert here.history.contact_force.tolist() == there.history.contact_force.tolist()
+    direct, there = (lammps.run(SHORT, times) for lammps in both)
+    assert direct.peak_force.tolist() == there.peak_force.tolist()
+    assert direct.error_estimate == there.error_estimate
+    assert direct.history.contact_force.tolist() == there.history.contact_force.tolist()
     assert there.scene == SHORT
     peaks = [lammps.peaks_alone(SHORT)[0].tolist() for lammps in both]
     assert peaks[0] == peaks[1]
@@ -268,7 +268,7 @@ def test_scenes_are_unharmed_by_one_that_kills_lammps_and_one_that_hangs(
         for name in ("SIGSEGV", "SIGSTOP"):
 
             def harm(number: int = getattr(signal, name)) -> None:
-                (pid,) = wait_for(lambda: found if len(found := servers()) == 1 else [])
+                (pid,) = wait_for(lambda: results if len(results := servers()) == 1 else [])
                 os.kill(pid, number)
                 if number == signal.SIGSTOP:
                     pass_time(LIMIT)
@@ -277,17 +277,17 @@ def test_scenes_are_unharmed_by_one_that_kills_lammps_and_one_that_hangs(
             yield LONG
         yield SHORT
 
-    found = list(run_many(scenes(), hc.Lammps(dt=1e-7, time_limit=LIMIT)))
+    results = list(run_many(scenes(), hc.Lammps(dt=1e-7, time_limit=LIMIT)))
     kinds = hc.Result, OverlapTooLarge, RunFailed, TooExpensive, hc.Result
-    assert all(map(isinstance, found, kinds)), found
-    assert len(found) == len(kinds)
-    assert "SIGSEGV" in str(found[2])
+    assert all(map(isinstance, results, kinds)), results
+    assert len(results) == len(kinds)
+    assert "SIGSEGV" in str(results[2])
     for _ in run_many([SHORT, LONG], hc.Lammps(dt=1e-7)):  # left early, it leaves no process
         break
     alone = hc.Lammps(dt=1e-7).run(SHORT)
-    for one in (found[0], found[-1]):
-        assert isinstance(one, hc.Result)
-        assert one.peak_force.tolist() == alone.peak_force.tolist()
+    for result in (results[0], results[-1]):
+        assert isinstance(result, hc.Result)
+        assert result.peak_force.tolist() == alone.peak_force.tolist()
 
 
 @pytest.mark.lammps
@@ -391,5 +391,5 @@ def test_lammps_leaves_no_files(folder: Path, isolated: bool) -> None:
             time.sleep(0.01)
         assert running.returncode == 0
     assert names(work) == names(temporary) == []
-    own = {SHARED / f"mpich_shm_{pid:x}_0" for pid in pids}
-    assert own & set(SHARED.glob("mpich_shm_*")) <= before
+    files = {SHARED / f"mpich_shm_{pid:x}_0" for pid in pids}
+    assert files & set(SHARED.glob("mpich_shm_*")) <= before

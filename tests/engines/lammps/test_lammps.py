@@ -63,10 +63,10 @@ def twin_of(scene: hc.Scene, legs: Sequence[Leg]) -> tuple[FloatArray, FloatArra
     for leg, block in integrate(Chain.plain(granules), blocks, VERLET, motion):
         blocks[leg].append(block)
     watch = PeakWatch(DampedLaw.of_elastic(np.ones(granules - 1)), np.ones(granules))
-    known = ("time", "displacement", "velocity", "acceleration", "overlap", "contact_force")
+    names = ("time", "displacement", "velocity", "acceleration", "overlap", "contact_force")
     for leg, (first, *others) in blocks.items():
         columns = (
-            [getattr(first, name), *(getattr(b, name)[1:] for b in others)] for name in known
+            [getattr(first, name), *(getattr(b, name)[1:] for b in others)] for name in names
         )
         whole = Samples(*map(np.concatenate, columns))
         watch.update(replace(whole, velocity=slopes(whole.displacement, leg.dt)))

@@ -111,36 +111,36 @@ def test_the_numbers_are_those_of_the_module(
     scene, dt = SCENES[what], (0.05 if read_every == 7 else 0.02) * SCENES[what].units.time
     module = hc.Lammps(dt, pair_style, read_every=read_every)
     times = np.linspace(0, scene.end_time, 9) if read_every else None
-    expected, found = (
+    expected, result = (
         each.run(scene, record=times) for each in (module, replace(module, lmp=lmp, ranks=ranks))
     )
-    numbers = [(found, expected, ("peak_force", "peak_time", "displacement", "velocity"))]
+    numbers = [(result, expected, ("peak_force", "peak_time", "displacement", "velocity"))]
     if times is not None:
         histories = ("displacement", "velocity", "contact_force")
-        numbers.append((found.history, expected.history, histories))  # type: ignore[arg-type]
-    for here, there, names_ in numbers:
+        numbers.append((result.history, expected.history, histories))  # type: ignore[arg-type]
+    for ours, there, names_ in numbers:
         for name in names_:
-            both = (np.nan_to_num(getattr(one, name)) for one in (here, there))
+            both = (np.nan_to_num(getattr(part, name)) for part in (ours, there))
             assert largest(*both) <= tolerance(lmp), name
-    assert found.error_estimate == pytest.approx(expected.error_estimate, rel=1e-6, abs=0)
-    assert (found.backend, found.method, found.steps) == (
+    assert result.error_estimate == pytest.approx(expected.error_estimate, rel=1e-6, abs=0)
+    assert (result.backend, result.method, result.steps) == (
         "lammps", expected.method, expected.steps
     )  # fmt: skip
-    assert found.versions["lammps"] == look(lmp, Deadline(60)).version
+    assert result.versions["lammps"] == look(lmp, Deadline(60)).version
     if tolerance(lmp) == 0:
-        assert found.balance == expected.balance
+        assert result.balance == expected.balance
 
 
 @pytest.mark.lammps
 @every_lmp
 def test_so_they_are_extrapolated_and_alone(lmp: str) -> None:
     module = hc.Lammps(extrapolated=True)
-    expected, found = (each.run(SHORT) for each in (module, replace(module, lmp=lmp)))
-    assert largest(found.peak_force, expected.peak_force) <= tolerance(lmp)
+    expected, result = (each.run(SHORT) for each in (module, replace(module, lmp=lmp)))
+    assert largest(result.peak_force, expected.peak_force) <= tolerance(lmp)
     module = hc.Lammps(1e-7)
     peaks, steps = module.peaks_alone(SHORT)
-    again, as_many = replace(module, lmp=Path(lmp)).peaks_alone(SHORT)
-    assert largest(again, peaks) <= tolerance(lmp)
+    peaks_of_binary, as_many = replace(module, lmp=Path(lmp)).peaks_alone(SHORT)
+    assert largest(peaks_of_binary, peaks) <= tolerance(lmp)
     assert as_many == steps
 
 
@@ -159,23 +159,23 @@ PLANTED = ("friction, linear", "stiffness times 1.001", "contact 7 missing")
 )
 def test_the_examination_is_that_of_the_module(lmp: str, ranks: int, what: str) -> None:
     scene = SCENES.get(what) or small_scene()
-    mistake = next((one for one in MISTAKES if one.what == what), None)
+    mistake = next((mistake for mistake in MISTAKES if mistake.what == what), None)
     with mistake.plant() if mistake else nullcontext():
         expected = hc.Lammps().examine(scene)
-        found = hc.Lammps(lmp=lmp, ranks=ranks).examine(scene)
-    failed = {check.name for check in number_checks(scene, found) if not check.passed}
+        deck = hc.Lammps(lmp=lmp, ranks=ranks).examine(scene)
+    failed = {check.name for check in number_checks(scene, deck) if not check.passed}
     assert failed == ({mistake.check} if mistake else set())
     pairs = [
-        (there, getattr(found, name))
+        (there, getattr(deck, name))
         for name, there in vars(expected).items()
         if isinstance(there, np.ndarray) and np.issubdtype(there.dtype, np.floating)
     ]
-    for there, here in pairs:
-        assert here.shape == there.shape
+    for there, array in pairs:
+        assert array.shape == there.shape
         # 3e-16 measured in versions that round in other places.
-        assert np.array_equal(np.isnan(there), np.isnan(here))
+        assert np.array_equal(np.isnan(there), np.isnan(array))
         scale = 1e-14 * np.nanmax(np.abs(there), initial=0.0) if tolerance(lmp) > 0 else 0.0
-        assert np.nanmax(np.abs(here - there), initial=0.0) <= scale
+        assert np.nanmax(np.abs(array - there), initial=0.0) <= scale
 
 
 # Failures
@@ -309,6 +309,6 @@ def test_the_module_does_not_change_what_a_binary_is_started_with(before: str | 
         "import os; from hertzchain.engines.lammps.engine import look; look();"
         "print(os.environ.get('LD_LIBRARY_PATH'))"
     )
-    known = {name: value for name, value in os.environ.items() if name != "LD_LIBRARY_PATH"}
-    environment = known if before is None else {**known, "LD_LIBRARY_PATH": before}
+    variables = {name: value for name, value in os.environ.items() if name != "LD_LIBRARY_PATH"}
+    environment = variables if before is None else {**variables, "LD_LIBRARY_PATH": before}
     assert python("-c", code, env=environment, check=True).stdout == f"{before}\n"

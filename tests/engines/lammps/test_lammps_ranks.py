@@ -70,21 +70,21 @@ def test_ranks_of_which_each_is_alone_are_refused(tmp_path: Path) -> None:
 
 def of_lammps(mark: Path) -> list[int]:
     """The processes that run in a folder somewhere below another, and those that read it."""
-    found = []
+    pids = []
     for folder in Path("/proc").glob("[0-9]*"):
         try:
             if (folder / "cwd").readlink().is_relative_to(mark) and runs(int(folder.name)):
-                found.append(int(folder.name))
+                pids.append(int(folder.name))
         except OSError:  # it has just ended, or is another's
             continue
-    return found
+    return pids
 
 
 def running_lmp(mark: Path, ranks: int) -> list[int]:
     """LAMMPS itself, once all its ranks run."""
-    found = [pid for pid in of_lammps(mark) if b"in.chain" in command_of(pid)]
-    found = [pid for pid in found if has_lammps(pid)]
-    return found if len(found) >= ranks else []
+    pids = [pid for pid in of_lammps(mark) if b"in.chain" in command_of(pid)]
+    pids = [pid for pid in pids if has_lammps(pid)]
+    return pids if len(pids) >= ranks else []
 
 
 def command_of(pid: int) -> bytes:
@@ -189,10 +189,10 @@ def test_a_module_that_is_missing_is_no_harm_where_a_binary_is_named(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.syspath_prepend(ROOT / "tests" / "no_lammps")
-    (module,) = [one for one in diagnose() if one.name == "LAMMPS"]
+    (module,) = [finding for finding in diagnose() if finding.name == "LAMMPS"]
     assert (module.works, module.needed) == (False, True)
     monkeypatch.setenv("HERTZCHAIN_LMP", BESIDE_PYTHON)
     findings = diagnose()
-    (module,) = [one for one in findings if one.name == "LAMMPS"]
+    (module,) = [finding for finding in findings if finding.name == "LAMMPS"]
     assert (module.works, module.needed) == (False, False)
-    assert all(one.works for one in findings if one.needed)
+    assert all(finding.works for finding in findings if finding.needed)

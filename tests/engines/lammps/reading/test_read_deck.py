@@ -36,8 +36,8 @@ def pulse(time: np.ndarray) -> np.ndarray:
     return np.where(inside, 20.0 * np.sin(math.pi * time / 4e-5) ** 2, 0.0)
 
 
-def command_of(found: FoundDeck, index: int) -> str:
-    return found.commands[index].written
+def command_of(deck: FoundDeck, index: int) -> str:
+    return deck.commands[index].written
 
 
 SETTLES = """group last id 6
@@ -57,18 +57,18 @@ variable force equal "20*sin(PI*(time-v_t0)/4e-5)^2*(time<(v_t0+4e-5))"
 def test_a_deck_that_settles_is_read_as_it_stands_then(lmp: str | None, tmp_path: Path) -> None:
     """Loads and the shock are those from there on, and time is counted from there."""
     path = Deck(more=SETTLES, steps=600).write(tmp_path)
-    found = read_deck(path, SCENE, lmp=lmp, begin=5000 * STEP)
-    assert found.before == pytest.approx(5000 * STEP, rel=DIGITS)
-    assert command_of(found, found.first_run) == "run 600"
-    assert [(run.start, run.steps) for run in found.runs] == [(0.0, 600)]
+    deck = read_deck(path, SCENE, lmp=lmp, begin=5000 * STEP)
+    assert deck.before == pytest.approx(5000 * STEP, rel=DIGITS)
+    assert command_of(deck, deck.first_run) == "run 600"
+    assert [(run.start, run.steps) for run in deck.runs] == [(0.0, 600)]
     # The slowest motion dies away in 27 us, to 1e-8 in 500.
     apart = 8e-3 - (5 / STIFFNESS) ** (2 / 3)
-    np.testing.assert_allclose(np.diff(found.position), apart, atol=1e-5 * (8e-3 - apart))
-    assert not np.any(found.drag)
-    assert found.constant_force[[0, -1], 0] == pytest.approx([5, -5], rel=DIGITS)
-    expected = pulse(found.applied_time)
-    np.testing.assert_allclose(found.applied_force[:, 0], expected, atol=1e-9)
-    assert [fix.style for fix in found.fixes if not fix.moves] == ["addforce"] * 3
+    np.testing.assert_allclose(np.diff(deck.position), apart, atol=1e-5 * (8e-3 - apart))
+    assert not np.any(deck.drag)
+    assert deck.constant_force[[0, -1], 0] == pytest.approx([5, -5], rel=DIGITS)
+    expected = pulse(deck.applied_time)
+    np.testing.assert_allclose(deck.applied_force[:, 0], expected, atol=1e-9)
+    assert [fix.style for fix in deck.fixes if not fix.moves] == ["addforce"] * 3
 
 
 @pytest.mark.parametrize(
@@ -81,72 +81,72 @@ def test_a_deck_that_settles_is_read_as_it_stands_then(lmp: str | None, tmp_path
     ids=str,
 )
 def test_every_number_is_found(deck: Deck, tmp_path: Path) -> None:
-    found = read_deck(deck.write(tmp_path), SCENE)
-    assert (found.units, found.axis, found.reversed) == (deck.units, deck.axis, deck.reversed)
-    assert command_of(found, found.first_run) == "run 1000"
-    np.testing.assert_allclose(found.radius, 4e-3, rtol=DIGITS)
-    np.testing.assert_allclose(found.mass, MASS, rtol=DIGITS)
-    np.testing.assert_allclose(found.position, 8e-3 * np.arange(6), rtol=DIGITS, atol=1e-18)
-    assert found.ids.tolist() == [1, 2, 3, 4, 5, 6]
-    assert set(found.types.tolist()) == {1}
-    assert not np.any(found.velocity)
-    assert not np.any(found.spin)
-    assert not np.any(found.sideways)
-    assert found.integrated.tolist() == [1] * 6
-    assert found.image_gap is None
+    contents = read_deck(deck.write(tmp_path), SCENE)
+    assert (contents.units, contents.axis) == (deck.units, deck.axis)
+    assert command_of(contents, contents.first_run) == "run 1000"
+    np.testing.assert_allclose(contents.radius, 4e-3, rtol=DIGITS)
+    np.testing.assert_allclose(contents.mass, MASS, rtol=DIGITS)
+    np.testing.assert_allclose(contents.position, 8e-3 * np.arange(6), rtol=DIGITS, atol=1e-18)
+    assert contents.ids.tolist() == [1, 2, 3, 4, 5, 6]
+    assert set(contents.types.tolist()) == {1}
+    assert not np.any(contents.velocity)
+    assert not np.any(contents.spin)
+    assert not np.any(contents.sideways)
+    assert contents.integrated.tolist() == [1] * 6
+    assert (contents.reversed, contents.image_gap) == (deck.reversed, None)
     # The law, and no force in a gap.
-    assert np.all(found.contact_force[0] == 0)
-    assert np.all(found.overlap[0] < 0)
+    assert np.all(contents.contact_force[0] == 0)
+    assert np.all(contents.overlap[0] < 0)
     np.testing.assert_allclose(
-        found.contact_force[1:], STIFFNESS * found.overlap[1:] ** 1.5, rtol=1e-11
+        contents.contact_force[1:], STIFFNESS * contents.overlap[1:] ** 1.5, rtol=1e-11
     )
     np.testing.assert_allclose(
-        found.damped_force, STIFFNESS * found.damped_overlap**1.5, rtol=1e-11
+        contents.damped_force, STIFFNESS * contents.damped_overlap**1.5, rtol=1e-11
     )
-    assert np.all(np.abs(found.closing) > 0)
-    assert not np.any(found.tangential_force)
-    assert not np.any(found.constant_force)
-    assert not np.any(found.drag)
-    assert found.walls == ()
+    assert np.all(np.abs(contents.closing) > 0)
+    assert not np.any(contents.tangential_force)
+    assert not np.any(contents.constant_force)
+    assert not np.any(contents.drag)
+    assert contents.walls == ()
     # The applied force, at each step of the pulse.
     np.testing.assert_allclose(
-        found.applied_force[:, 0], pulse(found.applied_time), rtol=0, atol=20 * 1e-11
+        contents.applied_force[:, 0], pulse(contents.applied_time), rtol=0, atol=20 * 1e-11
     )
-    assert not np.any(found.applied_force[:, 1:])
-    assert found.applied_sideways == 0
-    assert np.max(np.diff(found.applied_time[found.applied_time < 4e-5])) < 1.01 * STEP
+    assert not np.any(contents.applied_force[:, 1:])
+    assert contents.applied_sideways == 0
+    assert np.max(np.diff(contents.applied_time[contents.applied_time < 4e-5])) < 1.01 * STEP
     # The runs, and the peaks of these steps by other code.
-    (run,) = found.runs
-    assert (run.start, run.steps, run.command) == (0.0, 1000, found.first_run)
-    np.testing.assert_allclose([run.dt, found.end_time], [STEP, 1e-4], rtol=DIGITS)
+    (run,) = contents.runs
+    assert (run.start, run.steps, run.command) == (0.0, 1000, contents.first_run)
+    np.testing.assert_allclose([run.dt, contents.end_time], [STEP, 1e-4], rtol=DIGITS)
     same = hc.Native(method="velocity-verlet", dt=STEP).run(SCENE)
-    np.testing.assert_allclose(found.peak_force, same.peak_force, rtol=1e-6)  # of interpolation
-    assert found.peak_reading_error < 1e-5
+    np.testing.assert_allclose(contents.peak_force, same.peak_force, rtol=1e-6)  # of interpolation
+    assert contents.peak_reading_error < 1e-5
     start = 8e-3 * np.arange(6)
-    np.testing.assert_allclose(found.final_position - start, same.displacement, rtol=1e-6)
-    np.testing.assert_allclose(found.final_velocity, same.velocity, atol=1e-6)
-    assert found.image_force < 1e-9
-    assert found.remarks == ()
-    assert not found.driven.any()
-    assert not found.missed_overlap.any()
+    np.testing.assert_allclose(contents.final_position - start, same.displacement, rtol=1e-6)
+    np.testing.assert_allclose(contents.final_velocity, same.velocity, atol=1e-6)
+    assert contents.image_force < 1e-9
+    assert contents.remarks == ()
+    assert not contents.driven.any()
+    assert not contents.missed_overlap.any()
 
 
 @pytest.mark.parametrize("units", ["cgs", pytest.param("nano", marks=slow)])
 def test_a_deck_is_read_without_a_scene(units: str, tmp_path: Path) -> None:
     path = Deck(units, "y").write(tmp_path)
-    found, with_scene = read_deck(path), read_deck(path, SCENE)
+    deck, with_scene = read_deck(path), read_deck(path, SCENE)
     for name in ("radius", "mass", "position", "velocity", "integrated"):
-        assert np.array_equal(getattr(found, name), getattr(with_scene, name))
-    pressed = found.overlap > 0
+        assert np.array_equal(getattr(deck, name), getattr(with_scene, name))
+    pressed = deck.overlap > 0
     np.testing.assert_allclose(
-        found.contact_force[pressed], STIFFNESS * found.overlap[pressed] ** 1.5, rtol=1e-11
+        deck.contact_force[pressed], STIFFNESS * deck.overlap[pressed] ** 1.5, rtol=1e-11
     )
     # Pressed by a thousandth of the radius and what DEPTHS makes of it.
-    np.testing.assert_allclose(found.overlap[4], 4e-6, rtol=1e-9)
-    np.testing.assert_allclose(found.applied_force[:, 0], pulse(found.applied_time), atol=20e-11)
+    np.testing.assert_allclose(deck.overlap[4], 4e-6, rtol=1e-9)
+    np.testing.assert_allclose(deck.applied_force[:, 0], pulse(deck.applied_time), atol=20e-11)
     # Steps between readings follow from contacts at another overlap than the scene's.
-    np.testing.assert_allclose(found.peak_force, with_scene.peak_force, rtol=1e-6)
-    assert found.stopped == ""
+    np.testing.assert_allclose(deck.peak_force, with_scene.peak_force, rtol=1e-6)
+    assert deck.stopped == ""
 
 
 CHAIN = SCENE.chain
@@ -168,18 +168,18 @@ def test_peaks_of_scenes_with_terms(name: str, tmp_path: Path) -> None:
     scene = TERMS[name]
     deck, dt = tmp_path / "in.mine", 0.01 * scene.contact_time
     deck.write_text(whole_deck(scene, dt))
-    found = read_deck(deck, scene)
+    contents = read_deck(deck, scene)
     same = hc.Lammps(dt=dt).run(scene)
-    np.testing.assert_allclose(found.peak_force, same.peak_force, rtol=2e-5)
+    np.testing.assert_allclose(contents.peak_force, same.peak_force, rtol=2e-5)
     np.testing.assert_allclose(
-        found.final_position - found.position,
+        contents.final_position - contents.position,
         same.displacement,
         atol=1e-9 * scene.granules.radius[0],
     )
     if scene.piston:
-        assert found.driven.tolist() == [True, False, False, False]
+        assert contents.driven.tolist() == [True, False, False, False]
         np.testing.assert_allclose(
-            found.driven_displacement, 0.3 * found.driven_time, rtol=0, atol=1e-15
+            contents.driven_displacement, 0.3 * contents.driven_time, rtol=0, atol=1e-15
         )
 
 
@@ -189,7 +189,7 @@ def applied(more: str, tmp_path: Path, run: str = "run 1000") -> FoundDeck:
 
 
 def test_forces_of_all_kinds(tmp_path: Path) -> None:
-    found = applied(
+    deck = applied(
         """group last id 6
 fix load last addforce -0.5 0 0
 fix weight all gravity 10 vector 0 -1 0
@@ -208,13 +208,13 @@ run 100
 unfix sine
 run 50""",
     )
-    np.testing.assert_allclose(found.constant_force[:, 0], [0, 0, 0, 0, 0, -0.5])
-    np.testing.assert_allclose(found.constant_force[:, 1], -10 * MASS, rtol=DIGITS)
-    np.testing.assert_allclose(found.drag, 0.01, rtol=1e-9)
-    assert [(run.steps, round(run.dt * 1e9), round(run.start * 1e9)) for run in found.runs] == [
+    np.testing.assert_allclose(deck.constant_force[:, 0], [0, 0, 0, 0, 0, -0.5])
+    np.testing.assert_allclose(deck.constant_force[:, 1], -10 * MASS, rtol=DIGITS)
+    np.testing.assert_allclose(deck.drag, 0.01, rtol=1e-9)
+    assert [(run.steps, round(run.dt * 1e9), round(run.start * 1e9)) for run in deck.runs] == [
         (100, 100, 0), (200, 100, 10_000), (100, 200, 30_000), (50, 200, 50_000),
     ]  # fmt: skip
-    time, force = found.applied_time, found.applied_force[:, 0]
+    time, force = deck.applied_time, deck.applied_force[:, 0]
     assert np.all(np.diff(time) >= 0)
     assert np.all(force[time < 1e-5] == 0)
     # Every third step alone.
@@ -228,7 +228,7 @@ run 50""",
     np.testing.assert_allclose(force[third], 2 * (time[third] - 3e-5) / 2e-5, rtol=0, atol=1e-9)
     assert np.all(force[time > 5.001e-5] == 0)
     assert time[-1] == pytest.approx(6e-5)
-    by_style = {(fix.style, command_of(found, fix.command)[:8]): fix for fix in found.fixes}
+    by_style = {(fix.style, command_of(deck, fix.command)[:8]): fix for fix in deck.fixes}
     assert {style for style, _ in by_style} == {"nve", "addforce", "gravity", "viscous"}
     load = by_style["addforce", "fix load"]
     assert load.granules.tolist() == [False] * 5 + [True]
@@ -240,17 +240,17 @@ run 50""",
 def test_numbers_are_found_where_velocities_of_ghosts_are_missing(run: str, tmp_path: Path) -> None:
     path = tmp_path / "in.mine"
     path.write_text(Deck(run=run).text().replace("comm_modify vel yes\n", ""))
-    found = read_deck(path, SCENE)
-    assert "velocit" in found.stopped
+    deck = read_deck(path, SCENE)
+    assert "velocit" in deck.stopped
     np.testing.assert_allclose(
-        found.contact_force[1:], STIFFNESS * found.overlap[1:] ** 1.5, rtol=1e-11
+        deck.contact_force[1:], STIFFNESS * deck.overlap[1:] ** 1.5, rtol=1e-11
     )
-    (after,) = found.runs
-    assert (after.steps, command_of(found, after.command)) == (20, "run 20")
+    (after,) = deck.runs
+    assert (after.steps, command_of(deck, after.command)) == (20, "run 20")
     np.testing.assert_allclose(
-        found.applied_force[:, 0], pulse(found.applied_time), rtol=0, atol=20 * 1e-11
+        deck.applied_force[:, 0], pulse(deck.applied_time), rtol=0, atol=20 * 1e-11
     )
-    assert np.all(np.isnan(found.peak_force))
+    assert np.all(np.isnan(deck.peak_force))
 
 
 NO_PUSH = "unfix push\n"
@@ -273,15 +273,15 @@ WALL = f"{NO_PUSH}fix wall all wall/gran {LAW} xplane -0.0041 NULL\n"
 )
 def test_the_shock_may_be_at_either_end(more: str, is_reversed: bool, tmp_path: Path) -> None:
     """By the force, by the speed of a striker, by the only wall; else granule 1 is the lowest."""
-    found = read_deck(Deck(more=more, steps=20).write(tmp_path), SCENE)
-    assert found.reversed == is_reversed
-    assert found.position[0] == 0
-    assert found.position[-1] == pytest.approx(0.04)
+    deck = read_deck(Deck(more=more, steps=20).write(tmp_path), SCENE)
+    assert deck.reversed == is_reversed
+    assert deck.position[0] == 0
+    assert deck.position[-1] == pytest.approx(0.04)
     if "velocity" in more:
-        assert found.velocity[0, 0] > 0
-    assert len(found.walls) == ("wall" in more)
-    for wall in found.walls:
-        assert command_of(found, wall.command).startswith("fix wall all")
+        assert deck.velocity[0, 0] > 0
+    assert len(deck.walls) == ("wall" in more)
+    for wall in deck.walls:
+        assert command_of(deck, wall.command).startswith("fix wall all")
         assert wall.end == ("last" if is_reversed else "first")
         place = 0.04 + 4.1e-3 if is_reversed else -4.1e-3
         assert wall.position == pytest.approx(place, rel=1e-9)
@@ -289,8 +289,8 @@ def test_the_shock_may_be_at_either_end(more: str, is_reversed: bool, tmp_path: 
 
 def test_a_single_granule_has_no_peaks(tmp_path: Path) -> None:
     """A region of a forgotten ``units box`` makes one."""
-    found = read_deck(Deck(granules=1, steps=20).write(tmp_path), SCENE)
-    assert (found.mass.size, found.peak_force.size, found.stopped) == (1, 0, "")
+    deck = read_deck(Deck(granules=1, steps=20).write(tmp_path), SCENE)
+    assert (deck.mass.size, deck.peak_force.size, deck.stopped) == (1, 0, "")
 
 
 def test_random_forces_are_no_shock_of_a_striker(tmp_path: Path) -> None:

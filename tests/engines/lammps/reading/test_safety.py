@@ -56,28 +56,28 @@ def test_nothing_is_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
     there = tmp_path / "there"
     there.mkdir()
     (there / "kept").write_text("kept")
-    here = tmp_path / "here"
-    here.mkdir()
-    monkeypatch.chdir(here)
+    working = tmp_path / "here"
+    working.mkdir()
+    monkeypatch.chdir(working)
     deck = Deck(more=MISCHIEF.format(there), steps=20).write(tmp_path)
     relative = Deck(more=MISCHIEF.format("."), steps=20).write(tmp_path, "in.relative")
     for path in (deck, relative):
-        found = read_deck(path, SCENE)
-        assert [run.steps for run in found.runs] == [4, 20]
+        contents = read_deck(path, SCENE)
+        assert [run.steps for run in contents.runs] == [4, 20]
     assert [path.name for path in there.iterdir()] == ["kept"]
-    assert list(here.iterdir()) == []
+    assert list(working.iterdir()) == []
     assert sorted(path.name for path in tmp_path.iterdir()) == [
         "here", "in.mine", "in.relative", "there",
     ]  # fmt: skip
-    left_out = {done.text.split()[0] for done in found.commands if not done.carried_out}
+    left_out = {done.text.split()[0] for done in contents.commands if not done.carried_out}
     assert left_out == {
         "shell", "dump", "dump_modify", "undump", "log", "write_data", "write_restart",
         "write_dump", "restart", "info", "fix", "unfix", "variable",
     }  # fmt: skip
-    assert all(done.why_not for done in found.commands if not done.carried_out)
-    without = [done.text.split()[1] for done in found.commands if done.carried_out and done.why_not]
+    assert all(done.why_not for done in contents.commands if not done.carried_out)
+    without = [c.text.split()[1] for c in contents.commands if c.carried_out and c.why_not]
     assert without == ['"text"', '"text"', '"text"', "a", "h", "'a'"]
-    nested = [done for done in found.commands if "nested" in done.text and not done.carried_out]
+    nested = [done for done in contents.commands if "nested" in done.text and not done.carried_out]
     assert nested[0].text == "shell touch ./nested"
     assert nested[0].written.startswith("if ")
 
@@ -214,9 +214,9 @@ def test_what_lammps_is_given(line: str, tmp_path: Path) -> None:
         with pytest.raises(RunFailed):
             command_of(rules.decide(words)[0] or [])
         return
-    found, why = rules.decide(words)
-    assert command_of(found or []) == given.strip()
-    assert found is None or (why is None) == (found == words or "there" in command)
+    new_words, why = rules.decide(words)
+    assert command_of(new_words or []) == given.strip()
+    assert new_words is None or (why is None) == (new_words == words or "there" in command)
 
 
 def test_a_fix_that_was_left_out_is_not_changed() -> None:
@@ -228,8 +228,8 @@ def test_a_fix_that_was_left_out_is_not_changed() -> None:
         ("fix p all nve", True),
         ("unfix p", True),
     ):
-        found, why = rules.decide(command.split())
-        assert (found == command.split(), why is None) == (is_given, is_given)
+        new_words, why = rules.decide(command.split())
+        assert (new_words == command.split(), why is None) == (is_given, is_given)
 
 
 @pytest.mark.parametrize("units", ["real", "metal", "electron"])
@@ -249,9 +249,9 @@ velocity last set 0 0 0.1
 """
 
 
-def numbers(found: FoundDeck, name: str) -> np.ndarray:
+def numbers(deck: FoundDeck, name: str) -> np.ndarray:
     """Return the numbers and arrays that were found."""
-    return np.asarray(getattr(found, name), np.float64)
+    return np.asarray(getattr(deck, name), np.float64)
 
 
 @pytest.mark.parametrize(
@@ -277,14 +277,14 @@ def test_a_binary_makes_of_a_deck_what_the_module_makes(lmp: str, tmp_path: Path
     ]  # fmt: skip
     assert {"contact_force", "damped_force", "peak_force", "constant_force", "drag"} <= set(close)
     for name in close:
-        known = numbers(by_module, name)
-        largest = np.max(np.abs(known), initial=0.0, where=np.isfinite(known))
+        expected = numbers(by_module, name)
+        largest = np.max(np.abs(expected), initial=0.0, where=np.isfinite(expected))
         np.testing.assert_allclose(
-            numbers(by_binary, name), known, rtol=1e-9, atol=1e-9 * largest, err_msg=name
+            numbers(by_binary, name), expected, rtol=1e-9, atol=1e-9 * largest, err_msg=name
         )
     there = [
-        np.interp(by_module.applied_time, found.applied_time, found.applied_force[:, 0])
-        for found in (by_module, by_binary)
+        np.interp(by_module.applied_time, contents.applied_time, contents.applied_force[:, 0])
+        for contents in (by_module, by_binary)
     ]
     np.testing.assert_allclose(there[1], there[0], rtol=0, atol=1e-9 * 20)
     (ours,), (theirs,) = by_module.walls, by_binary.walls
@@ -319,22 +319,22 @@ def test_a_force_may_follow_the_steps_of_its_run(lmp: str | None, tmp_path: Path
     path = tmp_path / "in.mine"
     text = re.sub(r"\btime\b", "(elapsed*dt)", Deck(steps=450).text())
     path.write_text(text)
-    found = read_deck(path, SCENE, lmp=lmp)
-    expected = SCENE.applied_force(found.applied_time)
-    assert found.applied_force[:, 0] == pytest.approx(expected, rel=1e-9, abs=1e-9)
-    assert found.runs[0].steps == 450
+    deck = read_deck(path, SCENE, lmp=lmp)
+    expected = SCENE.applied_force(deck.applied_time)
+    assert deck.applied_force[:, 0] == pytest.approx(expected, rel=1e-9, abs=1e-9)
+    assert deck.runs[0].steps == 450
 
 
 @pytest.mark.parametrize("lmp", [None, pytest.param(BESIDE_PYTHON, marks=slow)])
 def test_numbers_of_a_deck_that_stops(lmp: str | None, tmp_path: Path) -> None:
     """They are known before its run, and its runs and forces without its motion."""
     more = "timestep 1e-3\nvelocity hit set 1e3 0 0"
-    found = read_deck(Deck(more=more, steps=20).write(tmp_path), SCENE, lmp=lmp, time_limit=60.0)
-    assert found.stopped
-    assert "\n" not in found.stopped
-    assert found.velocity[0, 0] == 1e3
-    assert [run.steps for run in found.runs] == [20]
-    assert np.all(np.isnan(found.peak_force))
+    deck = read_deck(Deck(more=more, steps=20).write(tmp_path), SCENE, lmp=lmp, time_limit=60.0)
+    assert deck.stopped
+    assert "\n" not in deck.stopped
+    assert deck.velocity[0, 0] == 1e3
+    assert [run.steps for run in deck.runs] == [20]
+    assert np.all(np.isnan(deck.peak_force))
 
 
 WALL_OF_MATERIAL = (
