@@ -29,8 +29,8 @@ _PROGRAM = (
 
 _CRASHES = {"SIGSEGV", "SIGBUS", "SIGABRT", "SIGFPE", "SIGILL", "SIGTRAP", "SIGSYS"}
 
-_KEPT = 4096  # bytes kept of the standard error of the process
-_PATIENCE = 5.0  # seconds that a process with closed output gets to end by itself
+_KEPT_BYTES = 4096  # bytes kept of the standard error of the process
+_END_SECONDS = 5.0  # seconds that a process with closed output gets to end by itself
 
 
 class Child:
@@ -125,7 +125,7 @@ class _Process:
     def last_words(self) -> tuple[int, str]:
         """Return the status of the ended process, and its last output."""
         with contextlib.suppress(subprocess.TimeoutExpired):
-            self.popen.wait(_PATIENCE)
+            self.popen.wait(_END_SECONDS)
         self.end()
         return self.popen.returncode, self._said.decode(errors="replace")
 
@@ -135,7 +135,7 @@ class _Process:
             kill(self.popen)
         for thread in (self._talk, self._listener):
             if thread is not None:
-                thread.join(_PATIENCE)
+                thread.join(_END_SECONDS)
         for stream in (self.popen.stdin, self.popen.stdout, self.popen.stderr):
             assert stream is not None
             with contextlib.suppress(OSError):
@@ -159,8 +159,8 @@ class _Process:
     def _listen(self) -> None:
         assert self.popen.stderr is not None
         stream: BinaryIO = self.popen.stderr  # type: ignore[assignment]
-        while said := os.read(stream.fileno(), _KEPT):
-            self._said = (self._said + said)[-_KEPT:]
+        while said := os.read(stream.fileno(), _KEPT_BYTES):
+            self._said = (self._said + said)[-_KEPT_BYTES:]
 
 
 def _failure(status: int, said: str, who: str) -> RunFailed:

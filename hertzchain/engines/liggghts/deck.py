@@ -179,7 +179,7 @@ def _digits(columns: Sequence[str]) -> str:
     return f'format "%d{" %.17g" * len(columns)}"'
 
 
-_SAMPLED = 0.005  # natural time units between two samples of a contact force: costs about 5e-6
+_SAMPLE_INTERVAL = 0.005  # of a contact force, natural time units: costs about 5e-6
 
 
 def deck(scene: Scene, legs: Sequence[Leg], about: Sequence[str]) -> str:
@@ -187,7 +187,7 @@ def deck(scene: Scene, legs: Sequence[Leg], about: Sequence[str]) -> str:
 
     The lines ``about`` stand above the deck.
     """
-    interval = max(1, int(_SAMPLED * scene.units.time / max(leg.dt for leg in legs)))
+    interval = max(1, int(_SAMPLE_INTERVAL * scene.units.time / max(leg.dt for leg in legs)))
     contacts = range(2, scene.chain.granules + 1)
     lines = [
         *(f"# {line}" for line in about),

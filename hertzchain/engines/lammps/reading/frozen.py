@@ -21,7 +21,7 @@ from hertzchain.engines.lammps.reading.watching import Playing, sizes
 _LEAST_READINGS = 400
 """Least number of readings of a run, even if no force changes (chosen)."""
 
-_UNCHANGED = 1e-12  # fraction of the largest force: rounding of formulas at other times
+_FORCE_ROUNDING = 1e-12  # fraction of the largest force: rounding of formulas at other times
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,7 +66,7 @@ class _Exerted:
         if self.readings < readings:
             return np.zeros_like(self.lowest)
         most = float(np.max(self.largest, initial=0.0))
-        return np.where(self.highest - self.lowest <= _UNCHANGED * most, self.lowest, 0.0)
+        return np.where(self.highest - self.lowest <= _FORCE_ROUNDING * most, self.lowest, 0.0)
 
 
 class Replay(Playing):

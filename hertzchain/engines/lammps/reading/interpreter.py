@@ -34,7 +34,7 @@ from hertzchain.files import read_bytes
 _MOST_BYTES = 10_000_000  # of a deck or include; chosen, far above any deck written by hand
 _MOST_COMMANDS = 200_000  # carried out; chosen: a deck with more seems to be endless
 _MOST_STEPS = 2**31 - 1  # of one run of LAMMPS
-_LONGEST = 200  # characters of a command in messages
+_MOST_SHOWN_CHARS = 200  # characters of a command in messages
 _VARIABLE = re.compile(r"ERROR: Variable (\w+):(?!.* before simulation box)")
 """Part of LAMMPS's message on a formula with a variable that it cannot evaluate yet."""
 
@@ -42,7 +42,7 @@ _BEFORE_NAMES = r"v_|py_|\$\{?|[Vv]ariable |name |reference "  # in commands and
 
 _HIDDEN = "LAMMPS stops here; why is not shown, as it reads a file outside the deck's folder"
 
-_DEEPEST = 15  # files that include one another, as in LAMMPS itself
+_MOST_NESTED_FILES = 15  # files that include one another, as in LAMMPS itself
 
 
 class Ended(Exception):
@@ -144,8 +144,8 @@ class Interpreter:
 
     def _read(self, name: str) -> None:
         """Carry out the commands of a file."""
-        if len(self._files) >= _DEEPEST:
-            raise RunFailed(f"more than {_DEEPEST} files include one another")
+        if len(self._files) >= _MOST_NESTED_FILES:
+            raise RunFailed(f"more than {_MOST_NESTED_FILES} files include one another")
         self._files.append(self._opened(name))
         while True:
             file = self._files[-1]
@@ -172,7 +172,7 @@ class Interpreter:
         if not text:
             return
         self.here = where
-        said = "" if self._is_outside else shown(text)[:_LONGEST]
+        said = "" if self._is_outside else shown(text)[:_MOST_SHOWN_CHARS]
         self._tell(f"{where.file}:{where.line}: {said}")
         if len(self.commands) >= _MOST_COMMANDS:
             raise RunFailed(

@@ -162,7 +162,7 @@ def _shocked(
     acts, velocity = np.abs(applied.force), probes.granules.velocity[:, 0]
     if np.any(acts) and applied.time.size > 1 and (is_pushed or not np.any(velocity)):
         impulse = np.diff(applied.time) @ (acts[1:] + acts[:-1])
-        begun = int(np.argmax(acts.max(axis=1) > _BEGUN * acts.max()))
+        begun = int(np.argmax(acts.max(axis=1) > _FORCE_SHARE * acts.max()))
         return impulse, float(np.sum(applied.force[begun]))
     if np.any(seen.driven) and seen.driven_time.size:
         way = seen.driven_ends[:, 0 if seen.driven[0] else -1]
@@ -170,17 +170,17 @@ def _shocked(
     return np.abs(velocity), float(np.sum(velocity))
 
 
-_BEGUN = 1e-3  # fraction of the largest force that is above round-off (chosen)
+_FORCE_SHARE = 1e-3  # fraction of the largest force that is above round-off (chosen)
 
 
 def _middle(weight: FloatArray) -> float:
     """Return on which side of the chain's middle most of a weight is: below 0 near the start."""
     place = np.linspace(-1, 1, weight.size) if weight.size > 1 else np.zeros(1)
     middle = float(np.sum(weight * place))
-    return middle if abs(middle) > _EVEN * float(np.sum(np.abs(weight))) else 0.0
+    return middle if abs(middle) > _WEIGHT_SHARE * float(np.sum(np.abs(weight))) else 0.0
 
 
-_EVEN = 1e-6  # of all weight: a middle within round-off and equal granules (chosen)
+_WEIGHT_SHARE = 1e-6  # of all weight: a middle within round-off and equal granules (chosen)
 
 
 def _misfit(granules: Granules, scene: Scene, step: int) -> float:

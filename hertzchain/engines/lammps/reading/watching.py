@@ -23,7 +23,7 @@ from hertzchain.observables.watch import PeakWatch
 
 _SURE = 1e3  # rounding errors of a coordinate above which an overlap counts
 
-_DAMPS = 1e-9  # fraction of a force that is above the rounding of a difference
+_DAMPING_SHARE = 1e-9  # fraction of a force that is above the rounding of a difference
 _EXPONENTS = (0.0, 0.25, 0.5)
 _NEAR = 1e-3  # by which an exponent found is one of these: rounding, and Hooke's contacts
 
@@ -157,7 +157,7 @@ def law_of(probes: Probes, contacts: int) -> DampedLaw:
         stiffness = np.nan_to_num(elastic / overlap**1.5)
         # Approach at the same speed, with the larger and with the smaller overlap.
         added = [force[k] - stiffness * deep[k] ** 1.5 for k in (0, 2)]
-        is_damped = added[0] > _DAMPS * elastic
+        is_damped = added[0] > _DAMPING_SHARE * elastic
         if not np.any(is_damped):
             return elastic_law
         exponents = np.log(added[0] / added[1]) / np.log(deep[0] / deep[2])
@@ -198,7 +198,7 @@ def _joined(*parts: Samples) -> Samples:
     return Samples(*(np.concatenate([getattr(p, name) for p in parts]) for name in _ARRAYS))
 
 
-_ROUNDED = 1e-9  # relative rounding of the start of a run, a sum of steps; runs are longer (chosen)
+_START_ROUNDING = 1e-9  # relative, of the start of a run, a sum of steps; runs are longer (chosen)
 
 
 def sizes(force: FloatArray) -> FloatArray:
@@ -271,7 +271,7 @@ class Playing(ABC):
 
     def __init__(self, lammps: Session, count: int = 1, begin: float = 0.0) -> None:
         self.lammps, self.seen = lammps, Watched(count)
-        self._begin = begin * (1 - _ROUNDED)
+        self._begin = begin * (1 - _START_ROUNDING)
 
     def give(self, words: list[str], index: int) -> None:
         """Give LAMMPS a command."""
