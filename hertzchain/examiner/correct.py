@@ -165,7 +165,7 @@ def _trials(case: Case, check: DeckCheck) -> Iterator[Changes]:
         for command, words, right in _WORDS:
             if re.match(command, where.written):
                 yield {key_of(where): (re.sub(words, right, where.written, count=1),)}
-    for k in candidates[:_MOST]:
+    for k in candidates[:_MOST_REMOVALS]:
         yield _without(case, [k])
 
 
@@ -287,7 +287,7 @@ _SETTINGS = {
 The former are None where no command can set it.
 """
 
-_MOST = 6  # commands whose removal is tried for one check (chosen)
+_MOST_REMOVALS = 6  # commands whose removal is tried for one check (chosen)
 
 
 def with_trials(case: Case, check: DeckCheck) -> DeckCheck:
@@ -297,7 +297,7 @@ def with_trials(case: Case, check: DeckCheck) -> DeckCheck:
     distinct: list[Changes] = []
     shocks = _pushing(case, of_time=True) if check.role == "shock" else []
     doubled = [_without(case, [k]) for k in reversed(shocks) if len(shocks) > 1]
-    for edits in (*doubled, *check.corrections[:_MOST], *trials(case, check)):
+    for edits in (*doubled, *check.corrections[:_MOST_REMOVALS], *trials(case, check)):
         changes = any(lines != (where[2],) for where, lines in edits.items())
         if edits and changes and edits not in distinct:
             distinct.append(edits)
@@ -331,7 +331,7 @@ _WORSE = 1e-2, 1e-5
 readings are at other times, and the error of the steps changes with any number (chosen)."""
 
 _MOST_STEPS = 30  # most corrections in succession (chosen)
-_PATIENCE = 16.0, 8.0  # time for all proofs: readings of the deck, or seconds (chosen)
+_PROOF_TIME_LIMITS = 16.0, 8.0  # time for all proofs: readings of the deck, or seconds (chosen)
 
 _NOT_ALL = (
     "not all corrections were tried in the time for that, sixteen readings of the deck or 8 s:"
@@ -356,7 +356,7 @@ class Prover:
     @property
     def left(self) -> float:
         """Time for further proofs [s]."""
-        readings, seconds = _PATIENCE
+        readings, seconds = _PROOF_TIME_LIMITS
         return max(readings * self.seconds, seconds) - (time.monotonic() - self._begun)
 
     def examined(self, edits: Edits) -> DeckExamination | None:

@@ -45,12 +45,12 @@ EXAMINED = 1e-12
 N to 1e4."""
 
 ROUND_OFF = 1e-9  # relative: decks with 17 digits have less; not worth a remark (chosen)
-PLACES = 1e-7  # fraction of an overlap: smaller gaps are rounded coordinates (chosen)
+GAP_SHARE = 1e-7  # fraction of an overlap: smaller gaps are rounded coordinates (chosen)
 ACTS = 1e-6  # fraction of the largest force: granules with less are not pushed (chosen)
 _WHICH = re.compile(r"(?: of| on| at)? (?:all |the )?(?:granules?|contacts?)\b.*| \d+.*")
 
 _EPS = float(np.finfo(np.float64).eps)
-_ROUNDED = 6 * _EPS  # relative to a coordinate: two of them and their difference, times 1.5
+_COORDINATE_ROUNDING = 6 * _EPS  # relative: two coordinates and their difference, times 1.5
 
 _MOST_GROUPS = 3  # most groups of equally wrong numbers with a remark each (chosen)
 DIGITS = 10.0  # times the tolerance: largest difference of a number by its digits (chosen)
@@ -142,13 +142,13 @@ class Case:
     @property
     def rounded(self) -> float:
         """Largest rounding error of a distance between coordinates [m]."""
-        return _ROUNDED * length(self.scene)
+        return _COORDINATE_ROUNDING * length(self.scene)
 
     def rounding(self, k: int, overlap: FloatArray) -> FloatArray:
         """Relative rounding error of contact forces at overlaps, which are such distances."""
         radius = self.scene.granules.radius
         reach = length(self.scene) if k + 1 == radius.size else radius[k] + radius[k + 1]
-        return np.asarray(np.maximum(self.least(ROUND_OFF), _ROUNDED * reach / overlap))
+        return np.asarray(np.maximum(self.least(ROUND_OFF), _COORDINATE_ROUNDING * reach / overlap))
 
     def effect(self, stretches: Sequence[Stretch] = (), **numbers: Any) -> float:
         """Largest change of the peaks if numbers of the deck take the place of the scene's."""

@@ -45,7 +45,7 @@ from hertzchain.scene.scene import Scene, SceneLike, to_scene
 from hertzchain.scene.schedule import Run
 from hertzchain.showing import ShowProgress, telling
 
-_MATTERS = 1.01  # times the probed overlap: the law follows from the two tries next to it (chosen)
+_OVERLAP_RATIO = 1.01  # to the probed one: the law follows from the two tries next to it (chosen)
 _LONGEST = 100.0  # times the scene's end: a deck that runs longer is judged up to there (chosen)
 
 
@@ -221,7 +221,7 @@ def case_of_generated(scene: Scene, deck: FoundDeck, deadline: Deadline) -> Case
         constant[pushed, 0] = 0.0
         deck = replace(deck, constant_force=constant, applied_force=applied)
     none, size = np.zeros(twin.mass.size), twin.stiffness.size
-    near = np.full(size, _MATTERS * DEPTH * float(np.min(scene.granules.radius)))
+    near = np.full(size, _OVERLAP_RATIO * DEPTH * float(np.min(scene.granules.radius)))
     return Case(
         scene, deck, UNITS["si"], 0.0, np.zeros(size), np.zeros(size, bool), near,
         laws(deck, scene, near), twin, stretches_of(deck, scene, 0.0),

@@ -201,13 +201,13 @@ def applied_force(scene: Scene, time: FloatArray) -> FloatArray:
 
 
 _FITS = 1e-2  # of the largest force: a shock that begins at another time fits as well (chosen)
-_WHOLE = 0.02  # fraction of a step: a measured start so near to a step is that step (chosen)
+_START_ROUNDING = 0.02  # of a step: a measured start so near to a step is that step (chosen)
 EXPONENT = 0.01  # of 3/2: two tries of a law of Hertz are within 1e-9, Hooke's is 0.5 off (chosen)
 _NO_FORCE = 1e-6  # fraction of Hertz's force: a contact with less does not push (chosen)
-_HELD = 1e-5  # fraction of its overlap: a granule that moves less may also be held (chosen)
-_STAYS = 0.05  # fraction of the whole time: a static load acts for longer after the shock (chosen)
-_LATE = 1e-8  # fraction of an overlap: uncertainty by rounding of where a force begins (chosen)
-_QUIET = 1e-9  # of the largest force: a force below is round-off (chosen; 1e-12 is usual)
+_HELD_OVERLAP_SHARE = 1e-5  # a granule that moves less may also be held (chosen)
+_LOAD_TIME_SHARE = 0.05  # of the whole time: a static load acts for longer after the shock (chosen)
+_ONSET_ROUNDING = 1e-8  # fraction of an overlap: uncertainty of where a force begins (chosen)
+_FORCE_ROUNDING = 1e-9  # of the largest force: a force below is round-off (chosen; 1e-12 is usual)
 
 
 def in_si(deck: FoundDeck, scene: Scene) -> tuple[FoundDeck, Units]:
@@ -323,7 +323,7 @@ def far_wall(deck: FoundDeck) -> FoundWall | None:
     deep, overlap = wall.force[-2:] ** (2 / 3), wall.overlap
     with np.errstate(all="ignore"):
         late = float(deep[1] * (overlap[-1] - overlap[-2]) / (deep[1] - deep[0]) - overlap[-1])
-    if not abs(late) < _LATE * overlap[-1]:
+    if not abs(late) < _ONSET_ROUNDING * overlap[-1]:
         return wall
     return replace(wall, position=wall.position - late, overlap=overlap + late,
                    damped_overlap=wall.damped_overlap + late)  # fmt: skip
@@ -365,11 +365,11 @@ def with_loads(deck: FoundDeck, scene: Scene) -> FoundDeck:
     force, time = deck.applied_force, deck.applied_time
     if force.shape[0] < 2:
         return deck
-    least = _QUIET * float(np.max(np.abs(force), initial=0.0))
+    least = _FORCE_ROUNDING * float(np.max(np.abs(force), initial=0.0))
     rests = np.abs(force - force[0]) <= least
     # Start of the load on each granule: after the last reading without it.
     since = np.max(np.where(rests, -np.inf, time[:, np.newaxis]), axis=0, initial=-np.inf)
-    stays = rests[-1] & (since < deck.end_time - _STAYS * (deck.end_time - time[0]))
+    stays = rests[-1] & (since < deck.end_time - _LOAD_TIME_SHARE * (deck.end_time - time[0]))
     if np.any(scene.granules.constant_force):
         stays = rests[-1]
     load = np.where(stays, force[0], 0.0)
@@ -387,7 +387,7 @@ def with_held(deck: FoundDeck, contact_laws: Sequence[Law], moved: float) -> Fou
     if deck.integrated[last] != 0 or np.any(deck.velocity[last]) or len(contact_laws) != last:
         return deck
     overlap = deck.radius[-2] + deck.radius[-1] - deck.position[-1] + deck.position[-2]
-    if overlap <= 0 or moved > _HELD * overlap:
+    if overlap <= 0 or moved > _HELD_OVERLAP_SHARE * overlap:
         return deck
     constant, integrated = deck.constant_force.copy(), deck.integrated.copy()
     constant[last, 0] = -contact_laws[-1].stiffness * overlap ** contact_laws[-1].exponent
@@ -406,7 +406,7 @@ def start_of_shock(deck: FoundDeck, scene: Scene) -> float:
     if not scene.ramps:
         return _start_of_motion(deck)
     force = np.sum(deck.applied_force, axis=1)
-    acts = np.flatnonzero(np.abs(force) > _QUIET * scene.peak_force)
+    acts = np.flatnonzero(np.abs(force) > _FORCE_ROUNDING * scene.peak_force)
     if acts.size == 0:
         return 0.0
     first = deck.applied_time[acts[0]]
@@ -424,7 +424,7 @@ def start_of_shock(deck: FoundDeck, scene: Scene) -> float:
         tried = best + (tried[1] - tried[0]) * np.linspace(-1, 1, 21)
     exact = np.max(np.abs(force - scene.applied_force(deck.applied_time - best)))
     step = deck.runs[0].dt
-    if abs(best / step - round(best / step)) < _WHOLE:
+    if abs(best / step - round(best / step)) < _START_ROUNDING:
         best = round(best / step) * step
     if best > 0 and exact < _FITS * scene.peak_force and misfit(best) < 0.25 * misfit(begun):
         return best

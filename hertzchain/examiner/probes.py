@@ -18,7 +18,7 @@ from hertzchain.examiner.examined import (
     ACTS,
     DIGITS,
     EXAMINED,
-    PLACES,
+    GAP_SHARE,
     ROUND_OFF,
     Case,
     DeckCheck,
@@ -59,18 +59,18 @@ from hertzchain.scene.chain import granule_mass
 from hertzchain.slips import near, slips_of
 
 HARMLESS = 0.1  # of the tolerance: what changes no peak by more gets a remark (chosen)
-_ALIKE = 1e-3  # fraction of the largest force: another size, but the same profile (chosen)
+_PROFILE_MISFIT = 1e-3  # fraction of the largest force: another size, but the same profile (chosen)
 _BENT = 0.01  # of the force at other overlaps than the largest expected (chosen)
-_CLEAR = 1e4  # times the rounding error, above which damping is wrong (chosen)
-_FITTED = 1e-2  # of the largest effect of a failed check: what fitting its law misses (chosen)
+_DAMPING_IN_ROUNDINGS = 1e4  # times the rounding error, above which damping is wrong (chosen)
+_FIT_MISFIT = 1e-2  # of the largest effect of a failed check: what fitting its law misses (chosen)
 _LATE = 0.02  # fraction of the largest: late collisions amplify differences of digits (chosen)
 _MISSED = 0.1  # fraction of the largest overlap: contacts that act later are missed (chosen)
-_MIXED = "2023"  # older versions mix E and nu of a wall with themselves (measured: 2022)
-_MORE = 1.1  # times the force at rest: readings of one force at other times differ by less (chosen)
+_UNMIXED_SINCE = "2023"  # older LAMMPS mixes E and nu of a wall with themselves (measured: 2022)
+_REST_FORCE_RATIO = 1.1  # readings of one force at other times differ by less (chosen)
 _ORDER_ERROR = 0.5  # of velocity Verlet with a step of 1 in natural units, by its order (chosen)
 _MARGIN = 0.8  # of the longest step with the wanted accuracy: a rounder number fits below (chosen)
-_ROUNDED = 8 * float(np.finfo(np.float64).eps)  # of a force from which a load is taken (chosen)
-_TIED = 1e-6  # relative: of differences that are as large the first is shown (chosen)
+_FORCE_ROUNDING = 8 * float(np.finfo(np.float64).eps)  # relative: a force less a load (chosen)
+_TIE_DIFFERENCE = 1e-6  # relative: of differences that are as large the first is shown (chosen)
 _SAME_UNIT = 0.1  # relative: lengths in other units are off by 100 or more (chosen)
 
 
@@ -164,7 +164,7 @@ def checks_of(case: Case, probe: Probe) -> list[DeckCheck]:
     checks = []
     for alike in parts:
         sizes = np.nan_to_num(np.abs(off[alike]), nan=np.inf)
-        tied = _TIED if numbers.split == "alike" else 0.0
+        tied = _TIE_DIFFERENCE if numbers.split == "alike" else 0.0
         k = int(alike[np.argmax(sizes >= (1 - tied) * np.max(sizes))])
         check = _difference(case, probe, numbers, alike, k, float(digits[k]))
         both = _plain(measured[k]), _plain(expected[k])
@@ -337,7 +337,7 @@ def _distance(case: Case) -> Numbers:
 
     box, pitch = _replicated(case, float(expected[0] / measured[0]) if size else 1.0)
     return Numbers(
-        measured, expected, room=PLACES * case.near[:size] + case.rounded, digits=0.0, name=name,
+        measured, expected, room=GAP_SHARE * case.near[:size] + case.rounded, digits=0.0, name=name,
         twin=lambda _: {"opening": opening}, sentence=sentence,
         stands=(lambda _: ()) if settles else stands,  # then the places stand in no line
         role="run" if settles else "", at=_settling(case) if settles else None,
@@ -382,7 +382,7 @@ def _wall_place(case: Case) -> Numbers | None:
         stands = [(plane + float(case.deck.direction.sum()) * further, plane)]
     return Numbers(
         measured, expected, digits=0.0, at=wall.command, stands=lambda _: stands,
-        room=case.least(PLACES) * case.near[-1] + case.rounded,
+        room=case.least(GAP_SHARE) * case.near[-1] + case.rounded,
         twin=lambda _: {"opening": opening},
         sentence=f"the wall {values(measured, expected, 'm')} from the centre of the last granule",
     )  # fmt: skip
@@ -556,7 +556,7 @@ def _by_radius(case: Case) -> FloatArray:
 def _slip(case: Case, who: str, ratio: float) -> str:
     """The usual slip that makes a stiffness too large by a ratio, in words."""
     slips = slips_of(case.scene, "stiffness")
-    if who == "the wall" and case.deck.version < _MIXED:
+    if who == "the wall" and case.deck.version < _UNMIXED_SINCE:
         text = "for a wall of hertz/material: give hertz and 4/3 of its effective modulus"
         nu = float(case.scene.granules.poisson_ratio[0])
         slips = {f"LAMMPS of {case.deck.version[:4]} takes E/(2(1-nu)) {text}": 1 + nu}
@@ -622,7 +622,7 @@ def _wall(case: Case) -> Numbers | None:
             for word in plane.groups()[1:] if NUMBER.fullmatch(word)
         ]  # fmt: skip
         measured = min(surfaces, key=lambda surface: abs(surface - expected), default=math.nan)
-        if abs(measured - expected) <= PLACES * case.near[-1] + case.rounded:
+        if abs(measured - expected) <= GAP_SHARE * case.near[-1] + case.rounded:
             why = f"its fix acts on the group {command.text.split()[2]!r}"
             if deck.stopped:
                 why = "its force is not a number in this version of LAMMPS"
@@ -685,7 +685,7 @@ def _damping(case: Case) -> Numbers | None:
         times = np.nan_to_num(np.abs(added - expected) / room, nan=0.0, posinf=np.inf)
     approach = np.where(closing > 0, times, 0.0)
     # Parting granules also show limits.
-    k = int(np.argmax(approach if np.max(approach) > _CLEAR else times))
+    k = int(np.argmax(approach if np.max(approach) > _DAMPING_IN_ROUNDINGS else times))
     who, how = case.contact_name(int(contact[k])), "approach" if closing[k] > 0 else "part"
     digits = (added[k] - expected[k]) / max(abs(expected[k]), 1e-300)
     return Numbers(
@@ -770,7 +770,7 @@ def _shows_in_motion(case: Case, fix: FoundFix) -> tuple[Indices, Indices]:
 
     Granules with prescribed motion and fixed ones do not count, as forces do not move them.
     """
-    more = fix.largest_in_motion > _MORE * fix.largest + ACTS * case.scene.units.force
+    more = fix.largest_in_motion > _REST_FORCE_RATIO * fix.largest + ACTS * case.scene.units.force
     more[:, 0] &= ~case.deck.driven
     fixed = case.scene.granules.fixed
     more[fixed[fixed < len(more)], 0] = False
@@ -934,7 +934,7 @@ def _pulse(case: Case) -> Numbers:
         for ramp in scene.ramps
     )
     loads = float(np.max(np.abs(deck.constant_force)))
-    room = case.least(ACTS) * scene.peak_force + late * steepest + _ROUNDED * loads
+    room = case.least(ACTS) * scene.peak_force + late * steepest + _FORCE_ROUNDING * loads
     sides = np.array([applied_force(scene, time + shift) for shift in (-moved, 0.0, moved)])
     jumps, expected = np.ptp(sides, axis=0) > 100 * room + moved * steepest, sides[1]
     nearest = np.take_along_axis(sides, np.argmin(np.abs(sides - force), axis=0)[None], 0)[0]
@@ -957,7 +957,7 @@ def _pulse(case: Case) -> Numbers:
         f" {values(float(force[k]), float(expected[k]), 'N')}",
     )  # fmt: skip
     share = float(force @ expected / (expected @ expected)) if np.any(expected) else 0.0
-    alike = bool(np.max(np.abs(force - share * expected)) < _ALIKE * scene.peak_force)
+    alike = bool(np.max(np.abs(force - share * expected)) < _PROFILE_MISFIT * scene.peak_force)
     if held == 1 and alike and not case.exact:
         measured, right, unit = share * scene.peak_force, scene.peak_force, case.units.force
         pairs = [(measured * part / unit, right * part / unit)
@@ -986,7 +986,7 @@ def _stretch(case: Case, time: FloatArray, force: FloatArray) -> float | None:
     for _ in range(5):
         best = float(min(tried, key=misfit))
         tried = best * (tried[1] / tried[0]) ** np.linspace(-1, 1, 21)
-    return best if misfit(best) < _ALIKE * case.scene.peak_force else None
+    return best if misfit(best) < _PROFILE_MISFIT * case.scene.peak_force else None
 
 
 def _held(case: Case, time: FloatArray, force: FloatArray) -> int:
@@ -1286,7 +1286,7 @@ def all_checks(case: Case) -> list[DeckCheck]:
     if acting and acting[0].differs:  # these act on the motion
         return [*checks, *acting]
     effects = max((check.effect or 0.0 for check in checks if not check.passed), default=0.0)
-    allowed = case.tolerance + case.deck.peak_reading_error + _FITTED * effects
+    allowed = case.tolerance + case.deck.peak_reading_error + _FIT_MISFIT * effects
     peaks = [check for check in checks_of(case, _MOTION[0])
              if check.passed or not (check.effect or 0.0) <= allowed]  # fmt: skip
     if any(not check.passed for check in peaks):

@@ -15,7 +15,7 @@ from hertzchain.scene.ramp import Ramp
 
 _MOST_LINES = 64  # commands that a correction may add, one for each granule (chosen)
 _MOST_ROWS = 40  # most rows of a table that are written as one formula (chosen)
-_ALIKE = 1e-9  # relative difference of moduli up to which granules are of one material
+_MODULUS_DIFFERENCE = 1e-9  # relative difference of moduli up to which granules are of one material
 
 
 def in_text(value: float) -> str:
@@ -152,7 +152,7 @@ def law_commands(case: Case) -> list[str] | None:
         normal = 4 / 3 * case.reduced_modulus(k) / case.units.pressure
         eta, words = damping_words(case, k, deck.version)
         first = coefficients.setdefault((low, high), (normal, eta, words))
-        if abs(first[0] / normal - 1) > _ALIKE or first[1:] != (eta, words):
+        if abs(first[0] / normal - 1) > _MODULUS_DIFFERENCE or first[1:] != (eta, words):
             return None
     if not coefficients:
         return None

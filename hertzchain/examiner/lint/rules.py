@@ -171,7 +171,7 @@ def attraction(deck: Deck) -> Found:
             yield law.command, "note" if deck.no_chain else "warning", text
 
 
-_SMALL = 1e-2  # a Poisson's ratio that no material of granules has (chosen)
+_SMALL_POISSON_RATIO = 1e-2  # a Poisson's ratio that no material of granules has (chosen)
 
 
 def poisson_ratio(deck: Deck) -> Found:
@@ -181,7 +181,7 @@ def poisson_ratio(deck: Deck) -> Found:
         if law.normal != "hertz/material" or poisson is None or damping is None:
             continue
         impossible = not -1 < poisson <= 0.5
-        if impossible or (abs(poisson) < _SMALL and 0 < damping <= 0.5):
+        if impossible or (abs(poisson) < _SMALL_POISSON_RATIO and 0 < damping <= 0.5):
             text = (
                 f"the numbers of {law.normal} are E, damping, Poisson's ratio, in this order: here"
                 f" the ratio is {poisson:g} and the damping {damping:g}"
@@ -194,7 +194,7 @@ COMMAND_RULES = not_hertz, damping, attraction, poisson_ratio
 
 # ---- Granules
 
-_TOUCHING = 1e-9  # relative; sites that differ by less from a diameter differ by rounding
+_GAP_ROUNDING = 1e-9  # relative; sites that differ by less from a diameter differ by rounding
 
 _DENSITY = (
     "the density is set before the diameter, so that granules keep the mass that the old diameter"
@@ -242,7 +242,7 @@ def diameter_missing(deck: Deck) -> Found:
         yield created[0], "error", text
 
 
-_HELD = 1e15  # kg/m^3; granules of a larger density are heavy to stay in place (chosen)
+_HELD_DENSITY = 1e15  # kg/m^3; granules of a larger density are heavy to stay in place (chosen)
 
 
 def unusual_density(deck: Deck) -> Found:
@@ -254,7 +254,7 @@ def unusual_density(deck: Deck) -> Found:
 
     for command, density in given:
         remark = unusual("chain.density", density)
-        if remark and density is not None and density < _HELD:
+        if remark and density is not None and density < _HELD_DENSITY:
             yield command, "note", f"perhaps a wrong unit: {remark.removeprefix('chain.')}"
 
 
@@ -302,10 +302,10 @@ def not_touching(deck: Deck) -> Found:
     gap = (granules.position[1:, 0] - granules.position[:-1, 0]) / granules.reach - 1
     is_meant = deck.is_loaded or granules.velocity.any()
     text = "neighbours are {:.10g} times the sum of their radii apart: granules {}"
-    if gap.max() > _TOUCHING:
+    if gap.max() > _GAP_ROUNDING:
         what = "do not touch (with gaps of 1e-3 peaks are off by 113 %)"
         yield makers[0], "warning", text.format(1 + gap.max(), what)
-    if gap.min() < -_TOUCHING and not is_meant:
+    if gap.min() < -_GAP_ROUNDING and not is_meant:
         what = "press one another from the start, and spring apart if nothing holds the ends"
         yield makers[0], "warning", text.format(1 + gap.min(), what)
 
@@ -399,8 +399,8 @@ def force_on_all(deck: Deck) -> Found:
 
 # ---- Steps
 
-_UNSTABLE = math.sqrt(2 / 3)  # natural time units; 2 over the largest frequency, 2 sqrt(3/2)
-_LONG = 0.2  # natural time units; peaks are then off by 1 % (chosen)
+_UNSTABLE_STEP = math.sqrt(2 / 3)  # natural time units; 2 over the largest frequency, 2 sqrt(3/2)
+_LONG_STEP = 0.2  # natural time units; peaks are then off by 1 % (chosen)
 
 
 def step_length(deck: Deck) -> Found:
@@ -436,7 +436,7 @@ def step_length(deck: Deck) -> Found:
         select="i", select_range=(len(mass) - 1, len(mass) - 1),
     )  # fmt: skip
     limit = 2 / math.sqrt(squares[0])
-    unit, longest = limit / _UNSTABLE, max(look.runs, key=lambda run: run.dt)
+    unit, longest = limit / _UNSTABLE_STEP, max(look.runs, key=lambda run: run.dt)
     run = deck.carried_out(longest.command)
     steps = [c for c in deck.named("timestep") if run is not None and c.place < run.place]
     step, what = longest.dt / unit, f"contacts pressed by {pressing:.4g}, {origin}"
@@ -447,7 +447,7 @@ def step_length(deck: Deck) -> Found:
             f" granules fly apart; {text}"
         )
         yield steps[-1] if steps else run, "error", text
-    elif step > _LONG:
+    elif step > _LONG_STEP:
         text = (
             f"the step {longest.dt:.3g} is {step:.2g} of the natural time of {what}: peaks are"
             f" off by about {0.22 * step**2:.1%}, which goes with the square of it; {text}"
