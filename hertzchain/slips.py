@@ -40,7 +40,7 @@ from hertzchain.theory.restitution import damping_ratio, of_ratio
 
 NEAR = 0.003  # largest relative distance of a fitted factor from a slip that is named
 _CLEAR = 3.0  # times the distance of the nearest factor: factors beyond it are not named (chosen)
-_FITTED = 1e-4  # relative error of a fitted factor (measured with velocity Verlet)
+_FACTOR_ERROR = 1e-4  # relative error of a fitted factor (measured with velocity Verlet)
 _UNITS = {
     "kN": 1e3, "MN": 1e6, "mN": 1e-3, "uN": 1e-6, "dyn": 1e-5, "kgf": 9.80665, "lbf": 4.4482216,
 }  # fmt: skip
@@ -134,7 +134,7 @@ def near(factors: dict[str, float], factor: float) -> list[str]:
     A factor that is clearly farther away than the nearest one is left out.
     """
     far = {words: abs(factor / q - 1) for words, q in factors.items() if abs(q - 1) > NEAR}
-    least = _CLEAR * max(min(far.values(), default=0.0), _FITTED)
+    least = _CLEAR * max(min(far.values(), default=0.0), _FACTOR_ERROR)
     return [
         words for words, off in far.items()
         if off < min(NEAR, 0.1 * abs(factors[words] - 1), least)
@@ -169,7 +169,7 @@ _TOLERANCE = 1e-8  # tolerance of a step, damped contacts: peaks are right to 2e
 # Mean square jump over mean square residual: 2 for noise, 0.3 off for 59 contacts; 0.1 for waves,
 # and 1 where only the last contact is off, as in chains of another length (derived).
 _NOISE = 1.2
-_LOWEST = 1e-9  # peaks below this fraction of the reference count as zero
+_LEAST_PEAK = 1e-9  # peaks below this fraction of the reference count as zero
 
 
 def jumps_like_noise(values: FloatArray) -> bool:
@@ -226,12 +226,12 @@ class Case:
 
         If peaks are unknown in more contacts, nothing is returned: the mistake is impossible.
         """
-        lowest = _LOWEST * self.reference.peak_force[self.judged]
+        lowest = _LEAST_PEAK * self.reference.peak_force[self.judged]
         given, tried = (
             np.maximum(force[self.judged], lowest) for force in (self.given, peak_force)
         )
-        known = np.isfinite(ratio := given / tried)
-        return np.log(ratio[known]) if np.count_nonzero(~known) <= 1 else np.zeros(0)
+        is_number = np.isfinite(ratio := given / tried)
+        return np.log(ratio[is_number]) if np.count_nonzero(~is_number) <= 1 else np.zeros(0)
 
     def of(self, scene: Scene, dt: float | None = None) -> FloatArray:
         """Return true peaks of another scene [N], or those of velocity Verlet at a step [s].
@@ -502,7 +502,7 @@ def _with_step(case: Case, dt: float) -> Iterator[Mistake]:
 
 # logarithms of trial coefficients of damping, natural units; sqrt(5) is a restitution of 0
 _COEFFICIENTS = np.log(np.geomspace(1e-6, 2.2, 14)).tolist()
-_BETTER = 3.0  # a law of damping is named if it leaves 1/3 of what no damping leaves (chosen)
+_DAMPING_GAIN = 3.0  # a law of damping is named if it leaves 1/3 of what no damping leaves (chosen)
 
 
 def damping(case: Case) -> Iterator[Mistake]:
@@ -530,7 +530,7 @@ def damping(case: Case) -> Iterator[Mistake]:
     for law in DAMPING:
         contact = partial(contact_of, scene, law, attraction=pulls)
         words = partial(damping_in_words, scene, contact)
-        yield Mistake(words, partial(fitted, contact), _COEFFICIENTS, without / _BETTER)
+        yield Mistake(words, partial(fitted, contact), _COEFFICIENTS, without / _DAMPING_GAIN)
 
 
 def contact_of(scene: Scene, law: DampingLaw, log: float, attraction: bool) -> Contact:
@@ -584,20 +584,20 @@ def _value(contact: Contact) -> str:
 
 FEWEST = 6  # least number of contacts: fewer fit a curve with one parameter too easily
 EXPLAINED = 0.1  # largest part of the differences that a named mistake may leave, root mean square
-_CERTAIN = 1e-4  # part of the differences: the search ends with a mistake that leaves no more
+_END_RESIDUAL = 1e-4  # part of the differences: the search ends with a mistake that leaves no more
 _FLOOR = 1e-7  # differences below this are comparable to the error of the trial runs, 1e-8
-_EXACT = 1e-4  # accuracy of fits, as a part of the differences
-_ALIKE = 3.0  # mistakes that leave at most this many times the least are named too
+_FIT_ACCURACY = 1e-4  # accuracy of fits, as a part of the differences
+_RESIDUAL_RATIO = 3.0  # mistakes that leave at most this many times the least are named too
 # Largest part of the differences that a hint may leave. In 60 random mixtures of three mistakes the
 # nearest named one of them in 30 of 31 that left less, in 7 of 13 that left more (measured).
-_HELPS = 0.07
-_ALONE = 100.0  # ratio to the next largest difference (chosen): mistakes stay below it
-_NOISY = 12  # least number of contacts that can look like noise (chosen)
+_HINT_RESIDUAL = 0.07
+_OUTLIER_RATIO = 100.0  # ratio to the next largest difference (chosen): mistakes stay below it
+_FEWEST_NOISY = 12  # least number of contacts that can look like noise (chosen)
 _OUTLIER = 4.0  # largest difference of noise over its root mean square: once in 300 sets of 60
 _BIAS = 3.0  # largest mean of noise, in its standard errors (chosen): samples are all too low
 _MOST_NOISE = 0.1  # root mean square: peaks with more noise are not called the scene's (chosen)
 _MOST_ROUNDED = 0.1  # largest difference by rounding; with more, peaks are not the scene's (chosen)
-_HALF = 0.5 + 1e-6  # of the last digit; the rest is the rounding of binary numbers
+_HALF_DIGIT = 0.5 + 1e-6  # of the last digit; the rest is the rounding of binary numbers
 
 
 class Family(NamedTuple):
@@ -652,7 +652,7 @@ def likely_cause(case: Case, progress: Callable[[str], object] = lambda _: None)
     fits: list[tuple[Fit, Mistake]] = []
     remark = None
     for family in families_for(case.scene):
-        if family.is_costly and any(fit.left <= _CERTAIN * size for fit, _ in fits):
+        if family.is_costly and any(fit.left <= _END_RESIDUAL * size for fit, _ in fits):
             continue  # no other mistake can leave as little
         progress(f"looking for the cause: {family.name}")
         try:
@@ -665,10 +665,10 @@ def likely_cause(case: Case, progress: Callable[[str], object] = lambda _: None)
     fits.sort(key=lambda pair: pair[0].left)
     least = fits[0][0].left if fits else math.inf
     # With more left than is allowed, a mistake explains only a part, unless the rest is noise.
-    allowed = max(case.tolerance, _EXACT * size)
+    allowed = max(case.tolerance, _FIT_ACCURACY * size)
     if least > EXPLAINED * size or (least > allowed and not fits[0][0].leaves_noise):
         return Explanation(hint=_hint(case, fits, remark is None), remark=remark)
-    alike = _ALIKE * max(least, _EXACT * size)
+    alike = _RESIDUAL_RATIO * max(least, _FIT_ACCURACY * size)
     sentences = [mistake.words(fit.value) for fit, mistake in fits if fit.left <= alike]
     text = "; or ".join(dict.fromkeys(sentences))
     return Explanation(
@@ -685,13 +685,13 @@ def _hint(case: Case, fits: list[tuple[Fit, Mistake]], all_tried: bool) -> str:
     rms, most = float(np.sqrt(np.mean(off**2))), float(np.max(np.abs(off)))
     even = most <= _OUTLIER * rms <= _OUTLIER * _MOST_NOISE
     about_0 = abs(np.mean(off)) <= _BIAS * rms / np.sqrt(off.size)
-    if off.size >= _NOISY and even and about_0 and jumps_like_noise(off):
+    if off.size >= _FEWEST_NOISY and even and about_0 and jumps_like_noise(off):
         return (
             f"{text}: the differences look like noise of {100 * rms:.2g} % about the scene's"
             f" own peaks, with which they agree to {100 * most:.2g} %"
         )
-    if not fits or fits[0][0].left > _HELPS * case.size:
-        return f"{text}, and none leaves less than {100 * _HELPS:g} % of the differences"
+    if not fits or fits[0][0].left > _HINT_RESIDUAL * case.size:
+        return f"{text}, and none leaves less than {100 * _HINT_RESIDUAL:g} % of the differences"
     fit, mistake = fits[0]
     left = f"it leaves {100 * fit.left / case.size:.2g} % of the differences"
     return f"{text}. The nearest is: {mistake.words(fit.value)}; {left}"
@@ -710,7 +710,7 @@ def _rounded(case: Case) -> str | None:
     units |= {f"{count} decimals": np.array(10.0**-count) for count in range(7)}
     for place, unit in units.items():  # of the last digit
         is_round = np.allclose(given, unit * np.round(given / unit), rtol=1e-12, atol=0)
-        if is_round and np.all(np.abs(given - expected) <= _HALF * unit + slack):
+        if is_round and np.all(np.abs(given - expected) <= _HALF_DIGIT * unit + slack):
             return (
                 f"rounding: these are the scene's own peaks to {place}, which moves them by"
                 f" {100 * most:.2g} % at most; write more digits"
@@ -723,7 +723,7 @@ def _one_contact(case: Case) -> str | None:
     off = np.abs(case.differences)
     *_, next_to, most = np.sort(off)
     contact = case.reference.contact[case.judged][int(np.argmax(off))]
-    if most < _ALONE * next_to or contact > case.scene.chain.granules - FREE_END:
+    if most < _OUTLIER_RATIO * next_to or contact > case.scene.chain.granules - FREE_END:
         return None
     others = f"within {next_to:.1g} of the reference" if next_to else "right"
     return f"contact {contact} alone, as if a number had slipped: the others are {others}"

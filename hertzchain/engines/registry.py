@@ -51,8 +51,8 @@ class Engine:
 
     def make(self, **parameters: Any) -> Simulator:
         """Return the engine with numerical parameters: a frozen object with ``run``."""
-        made: Simulator = self.load()(**parameters)
-        return made
+        engine: Simulator = self.load()(**parameters)
+        return engine
 
     def load(self) -> Any:
         """Return the factory."""
