@@ -156,7 +156,7 @@ class Peaks:
             return ContactErrors(np.asarray(largest_difference(other.force, self.force, ESTIMATED)))
         judged = judged_contacts(self.force, ESTIMATED)
         if not judged.any():  # no force in the whole run: then any is all wrong
-            never = np.full(self.force.size, np.nan)
+            never = np.full(pulses.force.size, np.nan)
             wrong = np.where(other.force > 0, 1.0, 0.0)
             return ContactErrors(wrong, never, never, never, never)
         peak = _relative(other.force, self.force, judged)

@@ -172,6 +172,18 @@ def test_without_a_wave_there_is_no_pulse() -> None:
     assert result.to_dict()["first_peak_force_N"][-1] is None
 
 
+@pytest.mark.parametrize("contact", [None, hc.Contact("restitution", restitution=0.8)])
+def test_without_a_force_a_gauge_reads_nothing(contact: hc.Contact | None) -> None:
+    """The striker flies until the end of the run."""
+    scene = hc.Scene(
+        hc.Chain(4, gap=1e-3, **STEEL), hc.Striker(1.0), hc.Run(1e-5), contact=contact,
+        gauges=(hc.Gauge(granule=3),),
+    )  # fmt: skip
+    result = hc.Native(wanted="first").run(scene)
+    assert not result.peak_force.any()
+    assert np.isnan(result.gauges[0].force)
+
+
 def test_what_was_not_asked_for_is_not_there() -> None:
     result = hc.Native().run(paper_scene("cosine", 1.0, 2.0, 8))
     assert result.first_pulses is None
