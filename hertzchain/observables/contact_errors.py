@@ -162,7 +162,7 @@ class Peaks:
         peak = _relative(other.force, self.force, judged)
         ended = np.where(pulses.is_ended, pulses.arrival + pulses.width, np.inf)[: peak.size]
         later = judged & (self.time > ended)
-        peak = _causal(np.where(later, np.max(peak[judged]), peak), self.time)
+        peak = causal(np.where(later, np.max(peak[judged]), peak), self.time)
         has = ~np.isnan(pulses.force)
         first = _relative(others.force, pulses.force, has)
         same = (pulses.is_ended == others.is_ended) & (pulses.is_front == others.is_front)
@@ -174,7 +174,7 @@ class Peaks:
         width = np.maximum(width, arrival)  # both ends of a pulse may move alike
         width[has & ~pulses.is_steady] = np.inf
         dynamic = pulses.force / (pulses.force + pulses.static)
-        first, arrival, width = (_causal(each, pulses.time) for each in (first, arrival, width))
+        first, arrival, width = (causal(each, pulses.time) for each in (first, arrival, width))
         return ContactErrors(peak, first, arrival, width, dynamic)
 
 
@@ -214,13 +214,14 @@ def _relative(values: FloatArray, expected: FloatArray, some: NDArray[np.bool_])
     return np.asarray(np.abs(values / np.where(some, expected, np.nan) - 1.0), np.float64)
 
 
-def _causal(difference: FloatArray, time: FloatArray) -> FloatArray:
-    """The largest finite difference so far, in the order of time, or a contact's own."""
+def causal(difference: FloatArray, time: FloatArray) -> FloatArray:
+    """The largest finite difference so far along the last axis, by time; others as they are."""
     order = np.argsort(time, kind="stable")
-    ordered = difference[order]
-    so_far = np.maximum.accumulate(np.where(np.isfinite(ordered), ordered, 0.0))
+    ordered = difference[..., order]
+    is_finite = np.isfinite(ordered)
+    so_far = np.maximum.accumulate(np.where(is_finite, ordered, 0.0), axis=-1)
     largest = np.empty_like(difference)
-    largest[order] = np.where(np.isfinite(ordered), so_far, ordered)
+    largest[..., order] = np.where(is_finite, so_far, ordered)
     return largest
 
 

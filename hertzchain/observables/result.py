@@ -494,9 +494,8 @@ class Result(ShownRun):
 
         Three further runs are recorded for them, when they are first wanted.
         """
-        allowed = "are found for results of hertzchain's own backends"
-        require(self.engines is not None, "pulses", None, allowed)
-        assert self.engines is not None
+        if self.engines is None:
+            raise SceneError("pulses", None, "are found for results of hertzchain's own backends")
         return trains_of(self.scene, *self.engines)
 
     def pulses(self, contact: int | None = None, granule: int | None = None) -> pandas.DataFrame:

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 
 from hertzchain.arrays import FloatArray, or_none
+from hertzchain.observables.contact_errors import causal
 from hertzchain.observables.first_pulse import contacts_of
 from hertzchain.observables.samples import DampedLaw, History
 from hertzchain.scene.gauge import Gauge
@@ -132,9 +133,9 @@ def trains_of(scene: Scene, engine: Recorded, other: Recorded) -> tuple[Train, .
         if recorder is engine:
             signals, trains = read, pulses
     differences = [_differences(*pair) for pair in zip(trains, pulses, strict=True)]
-    order = np.argsort(np.concatenate([train[0] for train in trains]), kind="stable")
+    times = np.concatenate([train[0] for train in trains])
     units = np.array([[1.0], [scene.contact_time], [scene.contact_time]])
-    differing = _ERROR_RATIO * _causal(np.concatenate(differences, axis=1), order)
+    differing = _ERROR_RATIO * causal(np.concatenate(differences, axis=1), times)
     every, begin = [], 0
     for gauge, signal, train in zip(gauges, signals, trains, strict=True):
         least = _LEAST_ERROR * units * (1 + signal.static / train[1])
@@ -182,16 +183,6 @@ def _differences(train: FloatArray, other: FloatArray) -> FloatArray:
     off[:, is_match] = values[:, is_match]
     off[2, ~is_ended] = np.nan
     return off
-
-
-def _causal(differences: FloatArray, order: Any) -> FloatArray:
-    """The largest finite difference so far, in an order of pulses, or a pulse's own."""
-    ordered = differences[:, order]
-    finite = np.isfinite(ordered)
-    so_far = np.maximum.accumulate(np.where(finite, ordered, 0.0), axis=1)
-    largest = np.empty_like(differences)
-    largest[:, order] = np.where(finite, so_far, ordered)
-    return largest
 
 
 @dataclass(frozen=True, eq=False)

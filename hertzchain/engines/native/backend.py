@@ -342,8 +342,9 @@ class Native:
         hard = error_bound.amplifies_errors(scene)
         tries = hard and first
         plan = plans.first_plan(rtol, hard, first)
-        prepared = replace(prepared, deadline=deadline) if prepared else None
-        prepared = prepared or self._prepared(scene, deadline)
+        prepared = (
+            replace(prepared, deadline=deadline) if prepared else self._prepared(scene, deadline)
+        )
         before, cost, adaptive, aim = math.inf, 0.0, None, rtol
         expensive, refined = math.inf if scene.is_plain else _ADAPTIVE_WORK, 1.0
         if not scene.is_plain:
