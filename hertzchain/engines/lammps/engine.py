@@ -23,7 +23,11 @@ _QUIET = ("-log", "none", "-screen", "none", "-nocite")
 @contextmanager
 def engine(arguments: Sequence[str] = _QUIET) -> Iterator[Any]:
     """Context of a new LAMMPS instance with options of its command line, closed afterwards."""
-    forget_shared_memory(os.getpid())  # MPI would hang at what was left under this number
+    if not forget_shared_memory(os.getpid()):
+        raise BackendMissing(
+            f"LAMMPS is not available ({shared_memory_of(os.getpid())}, left by another user, has"
+            " the number of this process); run the command again, or remove that file"
+        )
     try:
         _load_mpi()
         with _search_path_kept():
@@ -119,7 +123,17 @@ def _search_path_kept() -> Iterator[None]:
             os.environ.pop(name, None)
 
 
-def forget_shared_memory(pid: int) -> None:
-    """Remove the name of a process's shared memory of MPICH; processes that use it keep it."""
+def shared_memory_of(pid: int) -> Path:
+    """Return the file that MPICH opens for a process."""
+    return Path(f"/dev/shm/mpich_shm_{pid:x}_0")  # noqa: S108
+
+
+def forget_shared_memory(pid: int) -> bool:
+    """Remove a process's shared memory of MPICH by name, and return whether the name is free.
+
+    Processes that use the memory keep it. MPI would hang or end at what was left by a killed
+    process of the same number.
+    """
     with suppress(OSError):
-        Path(f"/dev/shm/mpich_shm_{pid:x}_0").unlink()  # noqa: S108
+        shared_memory_of(pid).unlink()
+    return not os.path.lexists(shared_memory_of(pid))

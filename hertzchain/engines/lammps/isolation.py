@@ -19,6 +19,7 @@ from typing import Any, BinaryIO, Self
 
 from hertzchain.engines.external.program import SLICE, kill, signal_name, start
 from hertzchain.engines.lammps.dialect import is_out_of_memory, not_enough_memory, was_killed
+from hertzchain.engines.lammps.engine import forget_shared_memory
 from hertzchain.errors import HertzchainError, RunFailed
 from hertzchain.limits import Deadline
 
@@ -30,6 +31,7 @@ _PROGRAM = (
 _CRASHES = {"SIGSEGV", "SIGBUS", "SIGABRT", "SIGFPE", "SIGILL", "SIGTRAP", "SIGSYS"}
 
 _KEPT_BYTES = 4096  # bytes kept of the standard error of the process
+_OTHER_NUMBERS = 8  # processes tried when another user's shared memory has the number of the first
 _END_SECONDS = 5.0  # seconds that a process with closed output gets to end by itself
 
 
@@ -90,20 +92,16 @@ class _Process:
     """The child process and its standard error."""
 
     def __init__(self) -> None:
-        try:
-            # -P: sys.path is given, and Python 3.13.0 to 3.13.2 cannot import NumPy if sys.path has
-            # a folder that was deleted (python/cpython#130932).
-            self.popen = start(
-                [sys.executable, "-P", "-c", _PROGRAM, *sys.path],
-                stdin=subprocess.PIPE,
-                stdout=subprocess.PIPE,
-                stderr=subprocess.PIPE,
-            )
-        except OSError as problem:
-            raise RunFailed(
-                f"a process for LAMMPS cannot be started ({problem.strerror}): leave isolation out,"
-                " or free memory and processes"
-            ) from None
+        self.popen = _start()
+        unusable = list[
+            subprocess.Popen[bytes]
+        ]()  # kept until the end, so that no number comes twice
+        while not forget_shared_memory(self.popen.pid) and len(unusable) < _OTHER_NUMBERS:
+            unusable.append(self.popen)
+            self.popen = _start()
+        for process in unusable:
+            with process:
+                kill(process)
         self._said = b""
         self._listener = threading.Thread(target=self._listen, daemon=True)
         self._listener.start()
@@ -161,6 +159,24 @@ class _Process:
         stream: BinaryIO = self.popen.stderr  # type: ignore[assignment]
         while said := os.read(stream.fileno(), _KEPT_BYTES):
             self._said = (self._said + said)[-_KEPT_BYTES:]
+
+
+def _start() -> subprocess.Popen[bytes]:
+    """Start an interpreter that answers requests."""
+    try:
+        # -P: sys.path is given, and Python 3.13.0 to 3.13.2 cannot import NumPy if sys.path has
+        # a folder that was deleted (python/cpython#130932).
+        return start(
+            [sys.executable, "-P", "-c", _PROGRAM, *sys.path],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+        )
+    except OSError as problem:
+        raise RunFailed(
+            f"a process for LAMMPS cannot be started ({problem.strerror}): leave isolation out,"
+            " or free memory and processes"
+        ) from None
 
 
 def _failure(status: int, said: str, who: str) -> RunFailed:
