@@ -146,7 +146,7 @@ class Peaks:
         return np.nan_to_num(self.first.force)
 
     def differences(self, other: Peaks) -> ContactErrors:
-        """Differences from another run, each at least those of all contacts that peaked before.
+        """Differences from another run, each at least those of peaks and pulses that came before.
 
         Peaks after a contact's first pulse come of waves that met more than once: they differ
         erratically, and each takes the largest difference of all contacts.
@@ -162,7 +162,7 @@ class Peaks:
         peak = _relative(other.force, self.force, judged)
         ended = np.where(pulses.is_ended, pulses.arrival + pulses.width, np.inf)[: peak.size]
         later = judged & (self.time > ended)
-        peak = causal(np.where(later, np.max(peak[judged]), peak), self.time)
+        peak = np.where(later, np.max(peak[judged]), peak)
         has = ~np.isnan(pulses.force)
         first = _relative(others.force, pulses.force, has)
         same = (pulses.is_ended == others.is_ended) & (pulses.is_front == others.is_front)
@@ -174,6 +174,8 @@ class Peaks:
         width = np.maximum(width, arrival)  # both ends of a pulse may move alike
         width[has & ~pulses.is_steady] = np.inf
         dynamic = pulses.force / (pulses.force + pulses.static)
+        events = np.append(peak, first * dynamic), np.append(self.time, pulses.time)
+        peak = causal(*events)[: peak.size]
         first, arrival, width = (causal(each, pulses.time) for each in (first, arrival, width))
         return ContactErrors(peak, first, arrival, width, dynamic)
 
