@@ -9,6 +9,7 @@ import typer
 from hertzchain.cli.decks import certify, deck, examine, lint, unit_test
 from hertzchain.cli.doctor import doctor
 from hertzchain.cli.lab import fit, judge, pulse, spread
+from hertzchain.cli.options import with_groups
 from hertzchain.cli.run import compare, run
 from hertzchain.cli.scenes import init, predict, timestep, tradeoff
 from hertzchain.cli.sweep import plot, sweep
@@ -48,4 +49,4 @@ for command in (
     *(init, pulse, run, compare, judge, fit, examine, tradeoff, timestep, spread, sweep, plot),
     *(predict, deck, lint, unit_test, certify, doctor),
 ):
-    app.command()(command)
+    app.command()(with_groups(command))

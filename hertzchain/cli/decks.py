@@ -148,6 +148,7 @@ def _write(what: str, path: Path | None, text: str) -> None:
 def examine(
     scene: options.SceneFile,
     deck: Path = typer.Argument(..., metavar="DECK", help="LAMMPS input file."),
+    *,
     variables: options.Variables = None,
     lmp: options.LammpsBinary = None,
     tolerance: options.Tolerance = TOLERANCE,
@@ -155,11 +156,7 @@ def examine(
     strict: bool = typer.Option(
         False, "--strict", help="Also fail differences that change no peak."
     ),
-    as_json: options.AsJson = False,
-    plot: options.Plot = None,
-    size: options.Size = None,
-    report: options.Report = None,
-    junit: options.Junit = None,
+    shown: options.VerdictOptions,
     fix: Path | None = typer.Option(
         None, metavar="FILE", help="Write the deck with all proven corrections."
     ),
@@ -173,7 +170,7 @@ def examine(
     from hertzchain.files import write_text
     from hertzchain.report.verdicts import of_examination
 
-    shown = Shown(scene, [deck], as_json, plot, report, junit, size=size, others={"": fix})
+    outputs = Shown(scene, shown, [deck], others={"": fix})
     given = options.by_name("--var", variables or [], "F0=100")
     limit = options.to_time_limit(time_limit)
     loaded = options.load_scene(scene)
@@ -192,7 +189,7 @@ def examine(
         output.write_file("Deck", fix, lambda path: write_text(path, examination.fix))
     elif fix is not None:
         output.say(f"{fix} is not written: there is no correction")
-    shown.end(of_examination(examination))
+    outputs.end(of_examination(examination))
 
 
 def certify(

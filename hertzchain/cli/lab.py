@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import typer
 
 from hertzchain.cli import options, output
-from hertzchain.cli.options import AsJson, Size, refuse_without_need, to_inches, to_seconds
+from hertzchain.cli.options import AsJson, to_seconds
 from hertzchain.cli.output import (
     OUT_OF_TOLERANCE,
     check_files,
@@ -24,44 +25,72 @@ from hertzchain.errors import require
 from hertzchain.limits import TOLERANCE
 
 
+@dataclass(frozen=True)
+class ColumnOptions:
+    """Options of how the columns of a recording are read."""
+
+    time: Annotated[
+        str | None,
+        typer.Option(
+            metavar="COLUMN", help="Name or number of the column of times. Default: the first."
+        ),
+    ] = None
+    force: Annotated[
+        str | None,
+        typer.Option(
+            metavar="COLUMN", help="Name or number of the column of forces. Default: the next."
+        ),
+    ] = None
+    time_unit: Annotated[
+        str | None,
+        typer.Option(metavar="UNIT", help="Unit of the times. Default: that of the header, or s."),
+    ] = None
+    scale: Annotated[
+        float | None,
+        typer.Option(help="N for each unit of the column, such as N per volt; may be negative."),
+    ] = None
+
+
+@dataclass(frozen=True)
+class PartOptions:
+    """Options of which part of a recording is the pulse."""
+
+    baseline: Annotated[
+        float | None,
+        typer.Option(
+            help="Value of the column without a force, in its unit. Default: its mean before the"
+            " pulse.",
+        ),
+    ] = None
+    start: Annotated[
+        str | None,
+        typer.Option(
+            metavar="TIME",
+            help='Where the pulse starts in the file, seconds or with a unit ("-20 us"). Default:'
+            " where it leaves the noise.",
+        ),
+    ] = None
+    end: Annotated[
+        str | None,
+        typer.Option(
+            metavar="TIME",
+            help="Where the pulse ends. Default: where it is back in the noise.",
+        ),
+    ] = None
+
+
 def pulse(
     recording: Path = typer.Argument(
         ..., metavar="RECORDING", help="Text file of an oscilloscope: columns of time and force."
     ),
+    *,
     output: Path | None = typer.Option(
         None, "-o", "--output", metavar="FILE", help="Write the pulse table (CSV) of a scene."
     ),
-    time: str | None = typer.Option(
-        None, metavar="COLUMN", help="Name or number of the column of times. Default: the first."
-    ),
-    force: str | None = typer.Option(
-        None, metavar="COLUMN", help="Name or number of the column of forces. Default: the next."
-    ),
-    time_unit: str | None = typer.Option(
-        None, metavar="UNIT", help="Unit of the times. Default: that of the header, or s."
-    ),
-    scale: float | None = typer.Option(
-        None, help="N for each unit of the column, such as N per volt; may be negative."
-    ),
-    baseline: float | None = typer.Option(
-        None,
-        help="Value of the column without a force, in its unit. Default: its mean before the"
-        " pulse.",
-    ),
-    start: str | None = typer.Option(
-        None,
-        metavar="TIME",
-        help='Where the pulse starts in the file, seconds or with a unit ("-20 us"). Default:'
-        " where it leaves the noise.",
-    ),
-    end: str | None = typer.Option(
-        None, metavar="TIME", help="Where the pulse ends. Default: where it is back in the noise."
-    ),
+    column: ColumnOptions,
+    part: PartOptions,
     rows: int = typer.Option(80, help="Most rows of the table."),
-    plot: Path | None = typer.Option(
-        None, metavar="FILE", help="Draw recording, baseline and rows (png, pdf, svg)."
-    ),
-    size: Size = None,
+    picture: options.PictureOptions,
     as_json: AsJson = False,
 ) -> None:
     """Make a pulse table of a recorded force.
@@ -77,14 +106,13 @@ def pulse(
     from hertzchain.pulses.recording import read_recording
     from hertzchain.report.pulse import plot_pulse, print_pulse
 
-    check_files([recording], [output], plot=plot)
-    refuse_without_need(plot is not None, size=size is not None)
-    inches = to_inches(size)
-    ends = to_seconds("--start", start), to_seconds("--end", end)
-    read = read_recording(recording, time, force, time_unit, scale)
+    check_files([recording], [output], plot=picture.plot)
+    inches = picture.inches
+    ends = to_seconds("--start", part.start), to_seconds("--end", part.end)
+    read = read_recording(recording, column.time, column.force, column.time_unit, column.scale)
     with progress() as report_progress:
         report_progress("looking for few rows that keep the pulse")
-        measured = measured_pulse(read, pulse_of(read, baseline, *ends), rows)
+        measured = measured_pulse(read, pulse_of(read, part.baseline, *ends), rows)
     if output is not None:
         write_text(output, measured.to_text())
     show(as_json, measured.to_dict, lambda console: print_pulse(console, measured))
@@ -96,7 +124,7 @@ def pulse(
             f' profile = "table" and file = {json.dumps(output.name, ensure_ascii=False)}',
             "",
         )
-    write_file("Plot", plot, lambda path: plot_pulse(measured, inches).write(path))
+    write_file("Plot", picture.plot, lambda path: plot_pulse(measured, inches).write(path))
 
 
 Units = StrEnum("Units", {name: name for name in ("si", "cgs", "micro", "nano")})  # type: ignore[misc]
@@ -115,12 +143,8 @@ def judge(
         " wall_N, near_wall_N, or any with --column; or measured pulses: contact or granule,"
         " force_N, perhaps time_s and width_s. Peaks and dumps may be gzipped.",
     ),
-    column: list[str] | None = typer.Option(
-        None,
-        metavar="WHAT=NAME",
-        help="Which columns of traces are what; repeatable. WHAT: time, gauge_16, contact_10, wall,"
-        " as in 'gauge_16=CH1 [25 N]'.",
-    ),
+    *,
+    traces: options.TraceOptions,
     units: Units = typer.Option(SI, help="Units of a dump, by LAMMPS's name."),
     dt: str | None = typer.Option(
         None, metavar="TIME", help='The step of the code, seconds or with a unit ("20 ns").'
@@ -130,15 +154,8 @@ def judge(
         help="Largest relative difference that passes, 0.001 unless given. Of a scene with"
         " [uncertainty]: one that must be detected, 0.1 unless given.",
     ),
-    no_shift: bool = typer.Option(
-        False, "--no-shift", help="The clock of traces is that of the run: do not shift it."
-    ),
     time_limit: options.TimeLimit = "1 h",
-    as_json: options.AsJson = False,
-    plot: options.Plot = None,
-    size: options.Size = None,
-    report: options.Report = None,
-    junit: options.Junit = None,
+    shown: options.VerdictOptions,
 ) -> None:
     """Judge the peaks of any code, or measured forces.
 
@@ -152,34 +169,34 @@ def judge(
     from hertzchain.verdict.traces.traces import is_traces, names_in
     from hertzchain.verdict.trains import is_train, judge_trains
 
-    shown = Shown(scene, results, as_json, plot, report, junit, size=size)
-    columns = options.by_name("--column", column or [], "gauge_16=CH1")
+    outputs = Shown(scene, shown, results)
+    columns = traces.columns
     step, limit = options.to_seconds("--dt", dt), options.to_time_limit(time_limit)
     loaded = options.load_scene(scene)
     names = names_in(results[0]) if len(results) == 1 else ()
     of_traces = len(results) == 1 and is_traces(names, columns)
-    options.refuse_without_need(of_traces, no_shift=no_shift, column=bool(columns))
+    options.refuse_without_need(of_traces, no_shift=traces.no_shift, column=bool(columns))
     with output.progress() as report_progress, output.compiling(report_progress):
         if of_traces:
             allowed = "are in the header of a trace, or named by --column 'gauge_16=CH1 [25 N]'"
             require(units is SI and step is None, "units and dt", None, allowed)
             how: dict[str, Any] = {
                 "columns": columns,
-                "shift": not no_shift,
+                "shift": not traces.no_shift,
                 "time_limit": limit,
                 "progress": report_progress,
             }
             if loaded.uncertain:
                 seen = SEEN if tolerance is None else tolerance
-                shown.end(of_validation(validate(loaded, results[0], tolerance=seen, **how)))
+                outputs.end(of_validation(validate(loaded, results[0], tolerance=seen, **how)))
             within = TOLERANCE if tolerance is None else tolerance
-            shown.end(document_of(judge_traces(loaded, results[0], tolerance=within, **how)))
+            outputs.end(document_of(judge_traces(loaded, results[0], tolerance=within, **how)))
         if is_train(names):
             allowed = "must be left out for pulses, whose forces are in N"
             require(units is SI and step is None, "units and dt", None, allowed)
             within = TOLERANCE if tolerance is None else tolerance
             limits: dict[str, Any] = {"time_limit": limit, "progress": report_progress}
-            shown.end(document_of(judge_trains(loaded, results[0], tolerance=within, **limits)))
+            outputs.end(document_of(judge_trains(loaded, results[0], tolerance=within, **limits)))
         judgement = reading.judge(
             loaded,
             results,
@@ -189,7 +206,7 @@ def judge(
             time_limit=limit,
             progress=report_progress,
         )
-    shown.end(document_of(judgement))
+    outputs.end(document_of(judgement))
 
 
 _TIE = "chain.granules='0.2 / (2 * chain.radius)'"
@@ -204,6 +221,7 @@ def fit(
         " near_wall_N, or any with --column; or peaks: contact, peak_force_N; several files are"
         " fitted at once.",
     ),
+    *,
     free: list[str] = typer.Option(
         ...,
         metavar="KEY",
@@ -217,15 +235,7 @@ def fit(
         help="A key that follows from others by a formula of their full names, in SI units;"
         f" repeatable. A fixed length: {_TIE}.",
     ),
-    column: list[str] | None = typer.Option(
-        None,
-        metavar="WHAT=NAME",
-        help="Which column is what, and its unit; repeatable: time=Time,"
-        " 'gauge_16=CH1 [25 N]', contact_10=CH2, wall=CH3.",
-    ),
-    no_shift: bool = typer.Option(
-        False, "--no-shift", help="The clock of the files is that of the run."
-    ),
+    how: options.TraceOptions,
     output: Path | None = typer.Option(
         None, "-o", "--output", metavar="FILE", help="Write the fitted scene (.toml)."
     ),
@@ -240,13 +250,13 @@ def fit(
     from hertzchain.fits import fit as fits
 
     check_files([scene, *traces], [output])
-    columns = options.by_name("--column", column or [], "gauge_16=CH1")
+    columns = how.columns
     limit = options.to_time_limit(time_limit)
     loaded = options.load_scene(scene)
     ties = options.by_name("--tie", tie or [], _TIE)
     with progress() as report_progress, compiling(report_progress):
         fitted = fits.fit(
-            loaded, traces, free, ties=ties, columns=columns, shift=not no_shift,
+            loaded, traces, free, ties=ties, columns=columns, shift=not how.no_shift,
             time_limit=limit, progress=report_progress,
         )  # fmt: skip
     show(as_json, fitted.to_dict, lambda console: console.print(repr(fitted)))
@@ -257,6 +267,7 @@ def fit(
 
 def spread(
     scene: options.SceneFile,
+    *,
     realisations: int = typer.Option(
         256, "-n", "--realisations", metavar="N", help="How many runs; a power of two is taken."
     ),
@@ -265,13 +276,7 @@ def spread(
     output: Path | None = typer.Option(
         None, "-o", "--output", help="Write the spread of all results (.csv, .parquet, .json)."
     ),
-    plot: Path | None = typer.Option(
-        None,
-        metavar="FILE",
-        help="Draw first peaks along the chain with their range, and who causes it (png, pdf,"
-        " svg).",
-    ),
-    size: options.Size = None,
+    picture: options.PictureOptions,
     every: options.EveryContact = False,
     as_json: options.AsJson = False,
 ) -> None:
@@ -283,10 +288,9 @@ def spread(
     from hertzchain.uncertainty import spread as spreads
     from hertzchain.uncertainty.shown import plot_spread, print_spread
 
-    options.refuse_without_need(plot is not None, size=size is not None)
     check_format(output, "result")
-    check_files([scene], result=output, plot=plot)
-    loaded, inches = options.load_scene(scene), options.to_inches(size)
+    check_files([scene], result=output, plot=picture.plot)
+    inches, loaded = picture.inches, options.load_scene(scene)
     limit = options.to_time_limit(time_limit)
     with progress() as report_progress, compiling(report_progress):
         results = spreads.spread(
@@ -294,4 +298,4 @@ def spread(
         )
     show(as_json, results.to_dict, lambda console: print_spread(console, results, every))
     write_file("Spread", output, lambda path: write_result(results, path))
-    write_file("Plot", plot, lambda path: plot_spread(results, inches).write(path))
+    write_file("Plot", picture.plot, lambda path: plot_spread(results, inches).write(path))

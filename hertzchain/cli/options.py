@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, fields, is_dataclass
 from enum import StrEnum
+from functools import wraps
+from inspect import Parameter, Signature, signature
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, get_type_hints
 
 import typer
 
@@ -29,12 +32,6 @@ NATIVE = Backend("native")
 SceneFile = Annotated[Path, typer.Argument(metavar="SCENE", help="Scene file (TOML).")]
 EveryContact = Annotated[bool, typer.Option("--all", help="Print every contact.")]
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")]
-Isolate = Annotated[
-    bool,
-    typer.Option(
-        "--isolate", help="Run LAMMPS in a separate process: a crash of it is only an error."
-    ),
-]
 LammpsBinary = Annotated[
     str | None,
     typer.Option(
@@ -69,13 +66,6 @@ Size = Annotated[
         " as fit.",
     ),
 ]
-Plot = Annotated[
-    Path | None, typer.Option(metavar="FILE", help="Draw peaks and differences (png, pdf, svg).")
-]
-Report = Annotated[
-    Path | None,
-    typer.Option(metavar="FILE", help="Write a page (html): verdict, plots, tables, all numbers."),
-]
 Junit = Annotated[
     Path | None,
     typer.Option(metavar="FILE", help="Write each check as a test case that CI systems read."),
@@ -91,6 +81,133 @@ Variables = Annotated[
         help="A variable of the deck, as LAMMPS's -var gives it; repeatable.",
     ),
 ]
+
+
+@dataclass(frozen=True)
+class LammpsOptions:
+    """Options of how LAMMPS runs."""
+
+    isolate: Annotated[
+        bool,
+        typer.Option(
+            "--isolate", help="Run LAMMPS in a separate process: a crash of it is only an error."
+        ),
+    ] = False
+    lmp: LammpsBinary = None
+    ranks: Ranks = None
+
+    def parameters(self, runs: bool) -> dict[str, Any]:
+        """Return keywords of ``hertzchain.Lammps``; none, and no option may be given, without it.
+
+        They are for the module or a named binary.
+        """
+        from hertzchain.errors import require
+
+        if not runs:
+            refuse_without_need(False, isolate=self.isolate, lmp=self.lmp, ranks=self.ranks)
+            return {}
+        named = named_binary(self.lmp)
+        if self.ranks is not None:
+            require(self.ranks >= 1, "--ranks", self.ranks, "must be at least 1")
+            if named is None:
+                raise HertzchainError(
+                    "--ranks needs a LAMMPS binary, as the lammps module runs on one process: name"
+                    f" one with --lmp or {LMP}"
+                )
+        if self.isolate and named is not None:
+            raise HertzchainError(
+                f"--isolate is for the lammps module; what --lmp or {LMP} names is a process of"
+                " its own anyway: leave the option out"
+            )
+        return {"isolated": self.isolate, "lmp": named, "ranks": self.ranks or 1}
+
+
+@dataclass(frozen=True)
+class PictureOptions:
+    """Options of a picture."""
+
+    plot: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Draw the result (png, pdf, svg).")
+    ] = None
+    size: Size = None
+
+    @property
+    def inches(self) -> tuple[float, float] | None:
+        """Width and height, if they are given."""
+        refuse_without_need(self.plot is not None, size=self.size is not None)
+        return to_inches(self.size)
+
+
+@dataclass(frozen=True)
+class DocumentOptions(PictureOptions):
+    """Options of how a result or a verdict is shown and written."""
+
+    report: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Write a page (html): plots, tables, all numbers."),
+    ] = None
+    as_json: AsJson = False
+
+
+@dataclass(frozen=True)
+class VerdictOptions(DocumentOptions):
+    """Options of how a verdict is shown and written."""
+
+    junit: Junit = None
+
+
+@dataclass(frozen=True)
+class TraceOptions:
+    """Options of how files of measured forces are read."""
+
+    column: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="WHAT=NAME",
+            help="Which column of a trace is what, and its unit; repeatable: time=Time,"
+            " 'gauge_16=CH1 [25 N]', contact_10=CH2, wall=CH3.",
+        ),
+    ] = None
+    no_shift: Annotated[
+        bool,
+        typer.Option("--no-shift", help="The clock of traces is that of the run: do not shift it."),
+    ] = False
+
+    @property
+    def columns(self) -> dict[str, str]:
+        """Names of columns by what they are."""
+        return by_name("--column", self.column or [], "gauge_16=CH1")
+
+
+def with_groups(command: Callable[..., None]) -> Callable[..., None]:
+    """Return a command whose parameters that are dataclasses of options are these options."""
+    hints = get_type_hints(command, include_extras=True)
+    groups: dict[str, Any] = {name: hint for name, hint in hints.items() if is_dataclass(hint)}
+    parameters = []
+    for name, parameter in signature(command).parameters.items():
+        options = [parameter.replace(annotation=hints[name])]
+        if name in groups:
+            of_fields = get_type_hints(groups[name], include_extras=True)
+            options = [
+                Parameter(
+                    option.name,
+                    Parameter.KEYWORD_ONLY,
+                    default=option.default,
+                    annotation=of_fields[option.name],
+                )
+                for option in fields(groups[name])
+            ]
+        parameters += [option.replace(kind=Parameter.KEYWORD_ONLY) for option in options]
+
+    @wraps(command)
+    def run(**given: Any) -> None:
+        for name, group in groups.items():
+            given[name] = group(**{option.name: given.pop(option.name) for option in fields(group)})
+        command(**given)
+
+    run.__signature__ = Signature(parameters)  # type: ignore[attr-defined]
+    run.__annotations__ = {each.name: each.annotation for each in parameters}
+    return run
 
 
 def load_scene(path: Path) -> Scene:
@@ -209,23 +326,3 @@ def refuse_step_and_accuracy(rtol: float | None, dt: object) -> None:
     """Refuse both a step and an accuracy, which chooses the step."""
     if rtol is not None and dt is not None:
         raise HertzchainError("--rtol chooses the step: leave --dt out, or --rtol")
-
-
-def lammps_options(isolate: bool, lmp: str | None, ranks: int | None) -> dict[str, Any]:
-    """Return keywords of ``hertzchain.Lammps``, for the module or a named binary."""
-    from hertzchain.errors import require
-
-    named = named_binary(lmp)
-    if ranks is not None:
-        require(ranks >= 1, "--ranks", ranks, "must be at least 1")
-        if named is None:
-            raise HertzchainError(
-                "--ranks needs a LAMMPS binary, as the lammps module runs on one process: name one"
-                f" with --lmp or {LMP}"
-            )
-    if isolate and named is not None:
-        raise HertzchainError(
-            f"--isolate is for the lammps module; what --lmp or {LMP} names is a process of"
-            " its own anyway: leave the option out"
-        )
-    return {"isolated": isolate, "lmp": named, "ranks": ranks or 1}

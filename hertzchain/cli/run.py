@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -17,7 +18,9 @@ from hertzchain.limits import RTOL
 from hertzchain.scene.gauge import NO_GAUGE
 
 if TYPE_CHECKING:
+    from hertzchain.arrays import FloatArray
     from hertzchain.observables.result import Result
+    from hertzchain.scene.scene import Scene
 
 
 _METHODS = ("velocity-verlet", "rk4", "srkn-11b", "reference", "scipy")
@@ -30,65 +33,147 @@ Wanted = StrEnum("Wanted", {"FIRST": "first", "ALL": "all"})
 """The forces for which the wanted accuracy holds."""
 
 
+@dataclass(frozen=True)
+class AccuracyOptions:
+    """Options of how accurate a run is."""
+
+    rtol: Annotated[
+        float | None,
+        typer.Option(
+            help="Wanted relative accuracy of the peaks; chooses method and step. Default: 1e-6."
+        ),
+    ] = None
+    method: Annotated[
+        MethodName | None,
+        typer.Option(help="Instead of --rtol: a native method. The others have velocity-verlet."),
+    ] = None
+    dt: options.LargestStep = None
+    wanted: Annotated[
+        Wanted | None,
+        typer.Option(
+            help="Forces for which --rtol holds: the first pulse of each contact, or all peaks,"
+            " those of reflected waves included. Default: first with a striker, a wall, unlike"
+            " granules or gauges.",
+        ),
+    ] = None
+
+    def parameters(self, backend: str) -> dict[str, Any]:
+        """Return the numerical parameters of an engine."""
+        parameters: dict[str, Any] = {"dt": options.to_seconds("--dt", self.dt)}
+        if self.wanted is not None:
+            parameters["wanted"] = self.wanted.value
+        if backend == "native":
+            method = None if self.method is None else self.method.value
+            return parameters | {"method": method, "rtol": self.rtol}
+        if self.method not in (None, MethodName("velocity-verlet")):
+            label = ENGINES[backend].label
+            raise HertzchainError(
+                f"--method {self.method}: {label} has only velocity-verlet; leave the option out"
+            )
+        options.refuse_step_and_accuracy(self.rtol, self.dt)
+        return parameters | {"rtol": RTOL if self.rtol is None else self.rtol}
+
+    def warn(self, backend: str, result: Result) -> None:
+        """Report, with a status of its own, that a run is less accurate than was asked for."""
+        is_chosen = self.method is None and self.dt is None
+        asked = (RTOL if is_chosen else None) if self.rtol is None else self.rtol
+        error = result.wanted_error
+        if asked is None or not error > asked:
+            return
+        why = (
+            f"{ENGINES[backend].label} cannot reach this accuracy in practical time;"
+            " --backend native does"
+            if backend != "native"
+            else "native cannot reach this accuracy with damped contacts"
+            if result.scene.contact is not None
+            else "repeated collisions amplify rounding errors"
+        )
+        say(f"wanted {asked:g}, reached {error:.1g}: {why}")
+        raise typer.Exit(OUT_OF_TOLERANCE)
+
+
+@dataclass(frozen=True)
+class TableOptions:
+    """Options of the tables that a run writes."""
+
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "-o",
+            "--output",
+            help="Write the peaks of all contacts (.csv, .parquet) or the whole result (.json);"
+            " with --record the motion (.csv, .parquet).",
+        ),
+    ] = None
+    record: Annotated[
+        int | None,
+        typer.Option(
+            min=2,
+            metavar="N",
+            help="Record the motion at N times, equally spaced, for -o (displacement, velocity and"
+            " contact force of each granule), --plot, --report and --traces.",
+        ),
+    ] = None
+    traces: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="Write the force of each [[gauge]] over time, without static forces: time_s,"
+            " gauge_16_N, contact_10_N, wall_N, near_wall_N (.csv, .parquet), at the times of"
+            " --record, else at 500.",
+        ),
+    ] = None
+    pulses: Annotated[
+        bool,
+        typer.Option(
+            "--pulses",
+            help="Find all pulses of each contact and gauge, incident and reflected, by three"
+            " further runs. With -o pulses.csv their table is written.",
+        ),
+    ] = False
+
+    @property
+    def is_motion(self) -> bool:
+        """Whether the motion is written."""
+        return self.record is not None
+
+    @property
+    def files(self) -> dict[str, Path | None]:
+        """Files by the kinds of ``check_format``."""
+        return {"motion" if self.is_motion else "result": self.output, "traces": self.traces}
+
+    def times(self, scene: Scene, is_drawn: bool) -> FloatArray | None:
+        """Return the times [s] that are recorded, if any."""
+        from hertzchain.report.waterfall import frame_times, plot_times
+
+        if self.is_motion or self.traces is not None:
+            return frame_times(scene, self.record or _TRACE_TIMES)
+        return plot_times(scene) if is_drawn else None
+
+    def write(self, result: Result) -> None:
+        """Write the tables: peaks, pulses or the motion, and the traces of gauges."""
+        from hertzchain.report.files import motion_frame, write_frame, write_result
+
+        if self.is_motion:
+            write_file("Motion", self.output, lambda path: write_frame(motion_frame(result), path))
+        else:
+            is_whole = self.output is not None and self.output.suffix.lower() == ".json"
+            what = "Result" if is_whole else "Pulses" if self.pulses else "Peaks"
+            write_file(what, self.output, lambda path: write_result(result, path, self.pulses))
+        write_file("Traces", self.traces, lambda path: write_frame(result.to_traces(), path))
+
+
 def run(
     scene: options.SceneFile,
+    *,
     backend: options.Backend = typer.Option(options.NATIVE, help="Backend that simulates."),
-    rtol: float | None = typer.Option(
-        None, help="Wanted relative accuracy of the peaks; chooses method and step. Default: 1e-6."
-    ),
-    method: MethodName | None = typer.Option(
-        None, help="Instead of --rtol: a native method. The others have velocity-verlet."
-    ),
-    dt: options.LargestStep = None,
-    wanted: Wanted | None = typer.Option(
-        None,
-        help="Forces for which --rtol holds: the first pulse of each contact, or all peaks, those"
-        " of reflected waves included. Default: first with a striker, a wall, unlike granules or"
-        " gauges.",
-    ),
-    isolate: options.Isolate = False,
-    lmp: options.LammpsBinary = None,
-    ranks: options.Ranks = None,
+    accuracy: AccuracyOptions,
+    lammps: options.LammpsOptions,
     time_limit: options.TimeLimit = "1 h",
-    output: Path | None = typer.Option(
-        None,
-        "-o",
-        "--output",
-        help="Write the peaks of all contacts (.csv, .parquet) or the whole result (.json);"
-        " with --record the motion (.csv, .parquet).",
-    ),
-    record: int | None = typer.Option(
-        None,
-        min=2,
-        metavar="N",
-        help="Record the motion at N times, equally spaced, for -o (displacement, velocity and"
-        " contact force of each granule), --plot, --report and --traces.",
-    ),
-    plot: Path | None = typer.Option(
-        None,
-        metavar="FILE",
-        help="Draw peaks, forces over time, and a map of both (png, pdf, svg).",
-    ),
-    traces: Path | None = typer.Option(
-        None,
-        metavar="FILE",
-        help="Write the force of each [[gauge]] over time, without static forces: time_s,"
-        " gauge_16_N, contact_10_N, wall_N, near_wall_N (.csv, .parquet), at the times of"
-        " --record, else at 500.",
-    ),
-    pulses: bool = typer.Option(
-        False,
-        "--pulses",
-        help="Find all pulses of each contact and gauge, incident and reflected, by three further"
-        " runs. With -o pulses.csv their table is written.",
-    ),
-    size: options.Size = None,
-    report: Path | None = typer.Option(
-        None, metavar="FILE", help="Write a page (html): plots, tables, all numbers."
-    ),
-    uncertainty: int | None = typer.Option(None, hidden=True),
+    tables: TableOptions,
+    shown: options.DocumentOptions,
     every: options.EveryContact = False,
-    as_json: options.AsJson = False,
+    uncertainty: int | None = typer.Option(None, hidden=True),
 ) -> None:
     """Simulate a scene: peaks, p, F_SW, speed, pressure and error."""
     if uncertainty is not None:
@@ -98,94 +183,40 @@ def run(
         )
     from hertzchain.engines.native.duration import with_end
     from hertzchain.report.run import of_result
-    from hertzchain.report.waterfall import frame_times, plot_times
 
-    is_recorded = any(path is not None for path in (output, plot, report, traces))
-    options.refuse_without_need(is_recorded, record=record is not None)
-    of_output = "result" if record is None else "motion"
-    files = {of_output: output, "traces": traces}
-    shown = Shown(scene, (), as_json, plot, report, every=every, size=size, others=files)
+    is_drawn = shown.plot is not None or shown.report is not None
+    is_recorded = is_drawn or any(tables.files.values())
+    options.refuse_without_need(is_recorded, record=tables.is_motion)
+    outputs = Shown(scene, shown, every=every, others=tables.files)
     loaded = options.load_scene(scene)
-    require(traces is None or bool(loaded.gauges), "gauge", None, NO_GAUGE)
-    step = options.to_seconds("--dt", dt)
+    require(tables.traces is None or bool(loaded.gauges), "gauge", None, NO_GAUGE)
     limit = options.to_time_limit(time_limit)
-    options.refuse_without_need(backend == "lammps", isolate=isolate, lmp=lmp, ranks=ranks)
-    parameters = _parameters(backend, method, step, rtol)
-    if wanted is not None:
-        parameters["wanted"] = wanted.value
-    if backend == "lammps":
-        parameters |= options.lammps_options(isolate, lmp, ranks)
+    parameters = lammps.parameters(backend == "lammps") | accuracy.parameters(backend)
     with progress() as report_progress, compiling(report_progress, backend == "native"):
         report_progress(f"{backend}: running")
-        loaded, times = with_end(loaded, time_limit=limit), None
-        if record is not None or traces is not None:
-            times = frame_times(loaded, record or _TRACE_TIMES)
-        elif plot is not None or report is not None:
-            times = plot_times(loaded)
+        loaded = with_end(loaded, time_limit=limit)
+        times = tables.times(loaded, is_drawn)
         if backend == "native":
-            parameters["peaks_only"] = times is None and method != "scipy"
+            parameters["peaks_only"] = times is None and accuracy.method != "scipy"
         result = ENGINES[backend].make(time_limit=limit, **parameters).run(loaded, times)
-        if pulses:
+        if tables.pulses:
             report_progress(f"{backend}: recording all pulses")
             _ = result.trains
-    document = of_result(result, pulses)
-    shown.print(document, f"in {output}" if output and record is None else None)
-    _write(result, output, traces, is_motion=record is not None, pulses=pulses)
-    shown.write(document)
-    asked = (RTOL if method is None and step is None else None) if rtol is None else rtol
-    error = result.wanted_error
-    if asked is not None and error > asked:
-        why = (
-            f"{ENGINES[backend].label} cannot reach this accuracy in practical time;"
-            " --backend native does"
-            if backend != "native"
-            else "native cannot reach this accuracy with damped contacts"
-            if loaded.contact is not None
-            else "repeated collisions amplify rounding errors"
-        )
-        say(f"wanted {asked:g}, reached {error:.1g}: {why}")
-        raise typer.Exit(OUT_OF_TOLERANCE)
-
-
-def _write(
-    result: Result, output: Path | None, traces: Path | None, is_motion: bool, pulses: bool
-) -> None:
-    """Write the tables of a run: its peaks or its motion, and the traces of its gauges."""
-    from hertzchain.report.files import motion_frame, write_frame, write_result
-
-    if is_motion:
-        write_file("Motion", output, lambda path: write_frame(motion_frame(result), path))
-    else:
-        of_table = "Pulses" if pulses else "Peaks"
-        is_whole = output is not None and output.suffix.lower() == ".json"
-        what = "Result" if is_whole else of_table
-        write_file(what, output, lambda path: write_result(result, path, pulses))
-    write_file("Traces", traces, lambda path: write_frame(result.to_traces(), path))
-
-
-def _parameters(
-    backend: str, method: MethodName | None, dt: float | None, rtol: float | None
-) -> dict[str, Any]:
-    """Return the numerical parameters of an engine."""
-    if backend == "native":
-        return {"method": None if method is None else method.value, "dt": dt, "rtol": rtol}
-    if method not in (None, MethodName("velocity-verlet")):
-        label = ENGINES[backend].label
-        raise HertzchainError(
-            f"--method {method}: {label} has only velocity-verlet; leave the option out"
-        )
-    options.refuse_step_and_accuracy(rtol, dt)
-    return {"dt": dt, "rtol": RTOL if rtol is None else rtol}
+    document = of_result(result, tables.pulses)
+    is_table = tables.output is not None and not tables.is_motion
+    outputs.print(document, f"in {tables.output}" if is_table else None)
+    tables.write(result)
+    outputs.write(document)
+    accuracy.warn(backend, result)
 
 
 def compare(
     scene: options.SceneFile,
+    *,
     backend: list[options.Backend] | None = typer.Option(
         None, help="Backend to compare with the reference; repeatable. Default: native, lammps."
     ),
-    isolate: options.Isolate = False,
-    lmp: options.LammpsBinary = None,
-    ranks: options.Ranks = None,
+    lammps: options.LammpsOptions,
     rtol: float | None = typer.Option(
         None,
         help="Wanted relative accuracy of the codes that are compared. Default: 1e-6, or 1e-4"
@@ -199,11 +230,7 @@ def compare(
     ),
     time_limit: options.TimeLimit = "1 h",
     every: options.EveryContact = False,
-    as_json: options.AsJson = False,
-    plot: options.Plot = None,
-    size: options.Size = None,
-    report: options.Report = None,
-    junit: options.Junit = None,
+    shown: options.VerdictOptions,
 ) -> None:
     """Compare native, LAMMPS and the formulas, with a verdict."""
     from hertzchain.engines.external.step_error import usual_accuracy
@@ -213,21 +240,20 @@ def compare(
     from hertzchain.verdict import comparison
 
     names = dict.fromkeys(["native", *map(str, backend or compared_by_default())])
-    shown = Shown(scene, (), as_json, plot, report, junit, every, size)
-    with_lammps = "lammps" in names
-    options.refuse_without_need(with_lammps, isolate=isolate, lmp=lmp, ranks=ranks)
+    outputs = Shown(scene, shown, every=every)
+    of_lammps = lammps.parameters("lammps" in names)
     loaded = options.load_scene(scene)
     limit = options.to_time_limit(time_limit)
     wanted = usual_accuracy(loaded) if rtol is None else rtol
     parameters: dict[str, dict[str, Any]] = {name: {"rtol": wanted} for name in names}
     parameters["native"] = {"method": "reference"}
-    if with_lammps:
-        parameters["lammps"] |= options.lammps_options(isolate, lmp, ranks)
+    if "lammps" in names:
+        parameters["lammps"] |= of_lammps
     engines = [ENGINES[name].make(time_limit=limit, **parameters[name]) for name in names]
     with output.progress() as report_progress, output.compiling(report_progress):
         loaded = with_end(loaded, time_limit=limit)
-        record = plot_times(loaded) if report or plot else None
+        record = plot_times(loaded) if shown.report or shown.plot else None
         compared = comparison.compare(
             loaded, engines, record=record, as_written=as_written, progress=report_progress
         )
-    shown.end(of_comparison(compared))
+    outputs.end(of_comparison(compared))

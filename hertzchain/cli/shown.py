@@ -25,52 +25,51 @@ class Shown:
 
     Parameters
     ----------
-    scene, given
-        The scene's file, and the files that are judged; none of them is overwritten.
-    as_json
-        Whether stdout has one JSON object.
-    plot, report, junit
-        Files to write, if any.
+    scene
+        The scene's file.
+    wanted
+        What of it is printed and written.
+    given
+        The files that are judged; no given file is overwritten.
     every
         Whether stdout has every contact.
-    size
-        Width and height of the plot, as text of the option.
     others
         Further files that the command writes, by the kinds of ``check_format`` or "".
     """
 
     scene: Path
-    given: Sequence[Path]
-    as_json: bool
-    plot: Path | None
-    report: Path | None
-    junit: Path | None = None
+    wanted: options.DocumentOptions
+    given: Sequence[Path] = ()
     every: bool = False
-    size: str | None = None
     others: Mapping[str, Path | None] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        options.refuse_without_need(self.plot is not None, size=self.size is not None)
-        self._inches = options.to_inches(self.size)
+        self._inches = self.wanted.inches
         self._begun, self._begin = datetime.now(UTC), time.perf_counter()
         others = dict(self.others)
-        without_format = [self.junit, others.pop("", None)]
-        files = {**others, "plot": self.plot, "page": self.report}
+        without_format = [self._junit, others.pop("", None)]
+        files = {**others, "plot": self.wanted.plot, "page": self.wanted.report}
         output.check_files([self.scene, *self.given], without_format, **files)
+
+    @property
+    def _junit(self) -> Path | None:
+        return self.wanted.junit if isinstance(self.wanted, options.VerdictOptions) else None
 
     def print(self, document: Document, rest: str | None = None) -> None:
         """Print the document; ``rest`` says where the peaks not shown on the terminal are."""
         from hertzchain.report.console import print_document
 
         output.show(
-            self.as_json,
+            self.wanted.as_json,
             document.numbers,
             lambda console: print_document(console, document, rest, self.every),
         )
 
     def write(self, document: Document) -> None:
         """Write plot and page."""
-        if self.plot is None and self.report is None:  # Matplotlib is loaded only if needed
+        if (
+            self.wanted.plot is None and self.wanted.report is None
+        ):  # Matplotlib is loaded only if needed
             return
         from hertzchain.report import figures, page
 
@@ -78,11 +77,11 @@ class Shown:
         names = self.scene.name, " ... ".join(ends)
         output.write_file(
             "Plot",
-            self.plot,
+            self.wanted.plot,
             lambda path: figures.figure_of(document, self._inches).write(path),
         )
         output.write_file(
-            "Report", self.report, lambda path: page.write_page(document, path, *names)
+            "Report", self.wanted.report, lambda path: page.write_page(document, path, *names)
         )
 
     def end(self, document: Document) -> NoReturn:
@@ -95,7 +94,7 @@ class Shown:
         suite = document.suite(self.scene.stem, self._begun, seconds)
         self.print(document)
         self.write(document)
-        output.write_file("JUnit XML", self.junit, lambda path: write_text(path, to_xml([suite])))
+        output.write_file("JUnit XML", self._junit, lambda path: write_text(path, to_xml([suite])))
         missing = [check for check in document.checks if check.kind == NOT_RUN]
         for check in missing:
             output.say(f"{check.name}: {check.reason}")
