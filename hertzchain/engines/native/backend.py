@@ -61,6 +61,12 @@ _LOOSER_RUN_RTOL = 1e-9
 """Accuracy below which errors of pulses are differences from a looser run, not from a tighter one
 (chosen)."""
 
+_FEW_CONTACTS = 3
+"""Contacts below which a third run is made: one difference of so few may be small by chance.
+
+In one of 3,000 random scenes, of two granules, it was 60 times too small.
+"""
+
 _LEAST_DIFFERENCE_RATIO = 10.0
 """Least ratio of a difference to the error of the accurate run (chosen)."""
 
@@ -368,6 +374,7 @@ class Native:
                 tries, hard, plan, before = False, True, plans.cheapest(aim, hard=True), math.inf
                 continue
             twice = scene.piston is not None or (before < math.inf and not scene.is_plain)
+            twice |= len(scene.contacts) < _FEW_CONTACTS
             errors = _errors_of_plan(prepared, legs, plan, run, rising or twice)
             error, cost = errors.wanted, run.evaluations * scene.bodies
             if error <= rtol or plan.hopeless(error, before, cost):
