@@ -1,57 +1,55 @@
-"""How objects show themselves: as text, as a picture, as a page.
+"""How objects and long work show themselves: as text, as a picture, as a page, as a line.
 
-Texts, pictures and pages come from ``report``, which stands above the rooms of these objects and is
-loaded when an object is shown. This module is the only one that looks upwards.
+Texts, pictures and pages are those of ``report``, which stands above the rooms of these objects:
+the package gives it to ``Shown``, and it is loaded when an object is shown.
 """
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable
-from contextlib import AbstractContextManager, nullcontext
-from pathlib import Path
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 
 ShowProgress = Callable[[str], object] | bool | None
 """True for a line in the terminal, or a function that is called with lines of text."""
 
+TYPE_CHECKING = False  # typing takes time, see the package
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    from pathlib import Path
+    from typing import Any
 
-    from hertzchain.report.document import Document
+    from matplotlib.figure import Figure
 
 
 class Shown:
     """An object that prints as a few lines."""
 
+    @staticmethod
+    def module_of_report(name: str) -> Any:
+        """Load a module of ``report``, by its name; the package gives it."""
+        raise NotImplementedError
+
     def __repr__(self) -> str:
-        from hertzchain.report.cards import card_of
-
-        return card_of(self)
+        return str(self.module_of_report("cards").card_of(self))
 
 
-class ShownRun:
+class ShownRun(Shown):
     """A run: it prints as ``hertzchain run`` does, and can be drawn."""
 
     def __repr__(self) -> str:
-        from hertzchain.report.cards import printed
-
-        return printed(self._document)
+        return str(self.module_of_report("cards").printed(self._document))
 
     @property
-    def _document(self) -> Document:
-        from hertzchain.report.cards import document_of
-
-        return document_of(self)
+    def _document(self) -> Any:
+        return self.module_of_report("cards").document_of(self)
 
     def plot(self, size: tuple[float, float] | None = None) -> Figure:
         """Draw peak forces (for a verdict also differences), and force over time if recorded.
 
         A picture of a ``size`` [inches] has as many panels as have room.
         """
-        from hertzchain.report.figures import figure_of
-
-        return figure_of(self._document, size)
+        figure: Figure = self.module_of_report("figures").figure_of(self._document, size)
+        return figure
 
 
 class ShownVerdict(ShownRun, ABC):
@@ -78,15 +76,29 @@ class ShownVerdict(ShownRun, ABC):
         OutputError
             If the name does not end in .html, or the file cannot be written.
         """
-        from hertzchain.report.page import write_page
-
-        write_page(self._document, path)
+        self.module_of_report("page").write_page(self._document, path)
 
 
 def telling(progress: ShowProgress) -> AbstractContextManager[Callable[[str], object]]:
     """Return a context with a function that reports progress: it takes a line of text."""
     if progress is True:
-        from hertzchain.report.progress import shown_progress
-
         return shown_progress()
     return nullcontext(progress or (lambda _: None))
+
+
+@contextmanager
+def shown_progress() -> Iterator[Callable[[str], None]]:
+    """Show the present work and its time on stderr; the line is removed at the end.
+
+    There is no line without a terminal, or in a notebook, where Rich would need ipywidgets.
+    """
+    from rich.console import Console
+    from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+
+    err = Console(stderr=True)
+    text = TextColumn("{task.description}", markup=False)  # names of files may have brackets
+    columns = (SpinnerColumn(), text, TimeElapsedColumn())
+    is_shown = err.is_terminal and not err.is_jupyter
+    with Progress(*columns, console=err, transient=True, disable=not is_shown) as bar:
+        task = bar.add_task("")
+        yield lambda text: bar.update(task, description=text)

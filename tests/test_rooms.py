@@ -45,10 +45,6 @@ THE_SAME_END = ("hertzchain.engines.external.engine", "hertzchain.engines.native
 OUTSIDE = ("hertzchain", "hertzchain.engines", "hertzchain.lammps")
 """Public names, from where outside scripts import them."""
 
-SHOWING = "hertzchain.showing"
-"""Objects show themselves by it: it loads ``report`` when they do, and is the only one that looks
-upwards."""
-
 NOT_ON_THE_MAP = {*LEVELS[0], *OUTSIDE, "pytest_plugin", "registry", "__init__", "__main__"}
 
 CORE_LOOKS_OUT = {("hertzchain.verdict.comparison", "hertzchain.verdict.generated_deck")}
@@ -81,12 +77,11 @@ def imported_by(path: Path) -> set[str]:
 @functools.cache
 def imports() -> dict[str, set[str]]:
     """Return the imports of each module, by name; reading all sources takes half a second."""
-    modules = {
+    return {
         name: (imported_by(path) & FILES.keys()) - {name}
         for name, path in FILES.items()
         if name not in OUTSIDE
     }
-    return modules | {SHOWING: set()}
 
 
 def room_of(name: str) -> str:
@@ -151,12 +146,6 @@ def test_every_room_is_in_the_table() -> None:
         name.strip("/").replace("/", ".") for row in table for name in re.findall("`(.+?)`", row)
     }
     assert {room for level in LEVELS for room in level} <= named
-
-
-def test_what_shows_objects_looks_at_reports_alone() -> None:
-    """And loads them where they are shown, as ``test_public_names`` has it."""
-    above = imported_by(FILES[SHOWING]) & FILES.keys()
-    assert {room_of(name) for name in above} == {"report"}
 
 
 def test_there_is_no_cycle_and_public_names_are_for_scripts_outside() -> None:

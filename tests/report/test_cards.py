@@ -15,11 +15,11 @@ import pytest
 from matplotlib.image import imread
 
 import hertzchain as hc
-from hertzchain.report import progress
+from hertzchain import showing
 from hertzchain.report.console import plain_text, print_document
 from hertzchain.report.document import Finding
-from hertzchain.report.progress import shown_progress
 from hertzchain.report.verdicts import of_examination
+from hertzchain.showing import shown_progress
 from hertzchain.verdict.check import Check, Kind
 from tests.command_line import Command
 from tests.conftest import paper_scene
@@ -326,7 +326,7 @@ def test_commands_say_what_they_do(
     def kept() -> Iterator[Callable[[str], None]]:
         yield lines.append
 
-    monkeypatch.setattr(progress, "shown_progress", kept)
+    monkeypatch.setattr(showing, "shown_progress", kept)
     monkeypatch.chdir(tmp_path)
     write_scope(tmp_path / "scope.csv", 1000)
     SCENE.to_toml(tmp_path / "scene.toml")
