@@ -507,16 +507,15 @@ class Result(ShownRun):
         Parameters
         ----------
         contact, granule
-            Its number: of a contact, or of a granule with a gauge. With neither the table has the
-            pulses of all, and the columns contact and granule.
+            Its number: of a contact, or of a granule with a gauge; pulses of all with neither.
 
         Returns
         -------
-        A table with a row for each pulse: ``time_s``, ``force_N``, ``arrival_time_s`` (when half
-        of the force is reached), ``width_s`` (at half of the force; NaN where the run ended
-        before), and bounds of their errors, ``time_error_s``, ``force_error`` (relative),
-        ``arrival_error_s``, ``width_error_s``; infinite where a run with other steps has no such
-        pulse.
+        A table with a row for each pulse, as ``judge_trains`` takes it: ``contact`` or ``granule``,
+        ``time_s``, ``force_N``, ``arrival_time_s`` (when half of the force is reached), ``width_s``
+        (at half of the force; NaN where the run ended before), and bounds of their errors,
+        ``time_error_s``, ``force_error`` (relative), ``arrival_error_s``, ``width_error_s``;
+        infinite where a run with other steps has no such pulse.
 
         Raises
         ------
@@ -525,21 +524,20 @@ class Result(ShownRun):
         """
         import pandas
 
-        if contact is None and granule is None:
-            each = [
-                train.to_frame().assign(**{train.gauge.key: train.gauge.number})
-                for train in self.trains
-            ]
-            table = pandas.concat(each, ignore_index=True)
-            first = [name for name in ("contact", "granule") if name in table]
-            table = table.astype(dict.fromkeys(first, "Int64"))
-            return table[[*first, *(name for name in table if name not in first)]]
         require(contact is None or granule is None, "granule", granule, "must not have a contact")
+        trains = self.trains
         if contact is not None:
-            return self.trains[self._place_of(contact)].to_frame()
-        of_gauges = {train.gauge.granule: train for train in self.trains}
-        require(granule in of_gauges, "granule", granule, "must have a [[gauge]] of the scene")
-        return of_gauges[granule].to_frame()
+            trains = (trains[self._place_of(contact)],)
+        if granule is not None:
+            trains = tuple(train for train in trains if train.gauge.granule == granule)
+            require(bool(trains), "granule", granule, "must have a [[gauge]] of the scene")
+        each = [
+            train.to_frame().assign(**{train.gauge.key: train.gauge.number}) for train in trains
+        ]
+        table = pandas.concat(each, ignore_index=True)
+        first = [name for name in ("contact", "granule") if name in table]
+        table = table.astype(dict.fromkeys(first, "Int64"))
+        return table[[*first, *(name for name in table if name not in first)]]
 
     @property
     def peak_errors(self) -> FloatArray:

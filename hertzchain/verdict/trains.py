@@ -147,7 +147,7 @@ def _measured(scene: Scene, pulses: Any) -> dict[Gauge, dict[str, FloatArray]]:
             raise SceneError("column", name, allowed, file=file)
     columns = [name for name in (*_PLACES, _FORCE, *_TIMES) if name in table]
     places = [name for name in columns if name in _PLACES]
-    cells = table[columns].replace(r"^\s*$", np.nan, regex=True)
+    cells = table[columns].reset_index(drop=True).replace(r"^\s*$", np.nan, regex=True)
     table = cells.apply(pandas.to_numeric, errors="coerce").astype(float)
     for name in columns:
         is_needed = np.full(len(table), name in (_FORCE, "time_s")) | cells[name].notna()
@@ -166,8 +166,14 @@ def _measured(scene: Scene, pulses: Any) -> dict[Gauge, dict[str, FloatArray]]:
         if key not in places:
             continue
         for number, rows in table[table[key].notna()].groupby(key, sort=False):
-            gauge = Gauge(**{key: int(number) if float(number).is_integer() else number})
-            gauge.check(scene.chain.granules, scene.wall is not None, scene.near_wall is not None)
+            try:
+                gauge = Gauge(**{key: int(number) if float(number).is_integer() else number})
+                gauge.check(
+                    scene.chain.granules, scene.wall is not None, scene.near_wall is not None
+                )
+            except SceneError as wrong_place:
+                where = f"{key} in row {rows.index[0] + 1}"
+                raise SceneError(where, number, wrong_place.allowed, file=file) from None
             train = {name: rows[name].to_numpy() for name in columns if name not in _PLACES}
             if "time_s" in train and np.any(np.diff(train["time_s"]) <= 0):
                 allowed = f"must increase from pulse to pulse of {gauge.place}"

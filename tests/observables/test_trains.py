@@ -147,11 +147,14 @@ def test_command_json_and_judge(hertzchain: Command, tmp_path: Path) -> None:
         ({"time_s": strong["time_s"].to_numpy()[::-1]}, "must increase from pulse to pulse"),
         ({"width_s": ["", "wide"]}, "width_s in row 2"),
         ({"granule": 4}, "row 1"),
+        ({"contact": [4, 9]}, "contact in row 2 = 9.0: must be a contact from 2 to 7"),
         ({"time_us": 1.0}, "column = 'time_us'"),
     ):
         strong.assign(**wrong).to_csv(pulses, index=False)
         done = hertzchain("judge", scene, pulses)
         assert (done.status, done.out) == (2, "")
         assert words in done.err
+    result = hc.Native().run(scene)
+    assert hc.judge_trains(scene, result.pulses(granule=4))
     with pytest.raises(SceneError, match="gauge"):
-        hc.Native().run(scene).pulses(granule=3)
+        result.pulses(granule=3)

@@ -169,8 +169,9 @@ def _of_table(scene: Scene, table: pandas.DataFrame, file: str) -> Sampled:
             raise SceneError("", None, f"{allowed}: did you mean {COLUMNS[1]}?", file=file)
         allowed += (
             " (contact 2 is that of granules 1 and 2), once each, or be a dump of LAMMPS with id,"
-            " x, fx; forces over time (hc.judge_traces) stand in time_s and contact_2_N,"
-            " contact_3_N, ...: else name them with --column time=... --column gauge_16=..."
+            " x, fx; pulses (hc.judge_trains) stand in contact or granule and force_N; forces over"
+            " time (hc.judge_traces) in time_s and contact_2_N, contact_3_N, ...: else name them"
+            " with --column time=... --column gauge_16=..."
         )
         raise SceneError("", None, allowed, file=file)
     values = []
