@@ -29,7 +29,7 @@ from hertzchain.engines.native.duration import with_end
 from hertzchain.engines.native.methods import METHODS
 from hertzchain.limits import Deadline
 from hertzchain.observables.contact_errors import ContactErrors
-from hertzchain.observables.error_bound import SAFETIES, Safety, stable_step
+from hertzchain.observables.error_bound import REST_OF_TIMES, SAFETIES, Safety, stable_step
 from hertzchain.observables.peaks import judged_contacts
 from validation.random_drives import random_hard_scene
 from validation.random_scenes import KINDS
@@ -122,8 +122,9 @@ def needed_factors(call: Call, result: hc.Result, truth: hc.Result) -> dict[str,
 
     def needed(off: FloatArray, name: str, share: Any, factor: float, unit: float = 1.0) -> float:
         """The factor of one number; ``off`` in the unit of the result, NaN where not judged."""
+        of_times = REST_OF_TIMES if name in ("arrival", "width") else 1.0
         with np.errstate(all="ignore"):
-            estimate = getattr(errors, name) - rest / share  # times the factor
+            estimate = getattr(errors, name) - of_times * rest / share  # times the factor
             others = getattr(stated, name) / unit - estimate  # by readings, and by other maxima
             ratio = factor * ((off - getattr(of_truth, name)) / unit - others) / estimate
         some = np.isfinite(off) & np.isfinite(others)

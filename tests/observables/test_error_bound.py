@@ -133,7 +133,7 @@ def test_a_bound_is_the_largest_weighted_difference_times_the_safety_and_the_res
     errors = safety.bounds(differences, [1.0, 0.5], rest=1e-5)
     assert errors.peak == pytest.approx([3 * 1.5e-3 + 1e-5, math.nan], nan_ok=True)
     assert errors.first == pytest.approx([3 * 2e-3 + 1e-5, 3 * 2e-3 + 2e-5])
-    assert errors.arrival == pytest.approx(np.array([8e-3 + 1e-5, 8e-3 + 2e-5]))
+    assert errors.arrival == pytest.approx(np.array([8e-3 + 1.5e-5, 8e-3 + 3e-5]))
     assert errors.width == pytest.approx(errors.arrival)
     floored = safety.bounds(differences, rest=1e-5, least=0.1)
     assert floored.first == pytest.approx(0.10001 / dynamic)
