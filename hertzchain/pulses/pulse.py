@@ -265,21 +265,25 @@ def pulse_of(
     last = min(int(above[-1]) + 1, time.size - 1) if given_last is None else given_last
     _refuse_few(time, first, last)
     warnings = [cut_off(force[inside], resolution)]
-    if given_last is None:
-        is_known = given_level is not None or samples > 0
-        warnings.insert(0, no_return(force - level, height, step, noise, is_known))
     samples_inside = force[first : last + 1] - level
+    of_baseline = noise.of_mean(samples, step) if samples else 0.0
     left = (
         impulse_of(time[: first + 1], force[: first + 1] - level),
         impulse_of(time[last:], force[last:] - level),
     )
+    if given_last is None:
+        is_known = given_level is not None or samples > 0
+        said = no_return(force - level, height, step, noise, is_known)
+        deviation = math.hypot(noise.of_mean(time.size - last, step), of_baseline)
+        impulse, seconds = impulse_of(time[first : last + 1], samples_inside), time[-1] - time[last]
+        warnings.insert(0, said or left_out(left[1], impulse, float(seconds), deviation))
     return Signal(
         time[first : last + 1] - time[first],
         without_negative(samples_inside, window, limit),
         float(time[first]),
         level,
         samples,
-        noise.of_mean(samples, step) if samples else 0.0,
+        of_baseline,
         noise,
         left,
         _remarks(recording, samples_inside, level, noise, before, samples, given_level is not None),
@@ -420,10 +424,26 @@ def no_return(
     if abs(off) <= max(_SURE_DEVIATIONS * 2 * noise.of_mean(tail, step), _END_FORCE_RATIO * height):
         return None
     baseline = "its baseline" if is_known else "0, as no baseline is taken off"
+    return f"the recording ends {off:+.2g} N from {baseline}: {_WHAT_TO_SAY}"
+
+
+_WHAT_TO_SAY = (
+    "say with --baseline what the column has without a force or, if the recording drifts or stops"
+    " before the pulse does, with --end where the pulse ends"
+)
+
+
+def left_out(left: float, impulse: float, seconds: float, deviation: float) -> str | None:
+    """Return a sentence where the force after a pulse has part of the impulse, else None.
+
+    ``left`` and ``impulse`` [N s] are of the time after the pulse, ``seconds``, and of the pulse;
+    ``deviation`` is that of the mean force after the pulse [N].
+    """
+    if abs(left) <= max(_END_FORCE_RATIO * impulse, _SURE_DEVIATIONS * deviation * seconds):
+        return None
     return (
-        f"the recording ends {off:+.2g} N from {baseline}: say with --baseline what the column has"
-        " without a force or, if the recording drifts or stops before the pulse does, with --end"
-        " where the pulse ends"
+        f"{abs(left) / impulse:.1%} of the impulse is left out, as after the pulse the force is"
+        f" {left / seconds:+.2g} N from the baseline on average: {_WHAT_TO_SAY}"
     )
 
 

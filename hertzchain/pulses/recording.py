@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 import re
 from collections import Counter
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -25,6 +26,7 @@ LEAST_SAMPLES = 8  # least number of samples of a recording; chosen
 _LARGEST_FILE_BYTES = 100_000_000  # of a file (chosen): about three million samples
 _LAYOUT_LINES = 2000  # lines at the beginning and at the end that show the layout (chosen)
 MOST_EXTENT = 1e60  # largest s or N: its square, and sums of squares, can be represented
+_SETTING_LINES = 30  # first lines with samples next to which settings may stand; chosen
 _NAMED_LINES = 3  # most wrong lines that are named
 
 _LAYOUTS = ((";", "."), (";", ","), ("\t", "."), ("\t", ","), (",", "."), (" ", "."), (" ", ","))
@@ -33,8 +35,8 @@ _LAYOUTS = ((";", "."), (";", ","), ("\t", "."), ("\t", ","), (",", "."), (" ", 
 _SEPARATORS = {";": "semicolons", "\t": "tabs", ",": "commas", " ": "blanks"}
 
 _NUMBER = re.compile(r"[-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:e[-+]?\d+)?|[-+]?(?:nan|inf)", re.IGNORECASE)
-_UNIT = re.compile(r"[\[(]\s*([^\])]+?)\s*[\])]\s*$|[_/]\s*([A-Za-zµμ]+)$")
-"""Unit at the end of the name of a column: "force [kN]", "Time (us)", "time_s", "F/N"."""
+_UNIT = re.compile(r"[\[(]\s*([^\])]+?)\s*[\])]\s*$|(?:[_/]\s*|\bin )([A-Za-zµμ]+)$")
+"""Unit at the end of the name of a column: "force [kN]", "Time (us)", "time_s", "F/N", "in s"."""
 
 _TIME_UNITS = ("s", "ms", "us", "µs", "μs", "ns")
 _FORCE_UNITS = ("N", "kN", "mN", "MN")
@@ -45,6 +47,22 @@ _UNIT_SPELLINGS = {
     **dict.fromkeys(("newton", "newtons"), "N"),
 }
 """Units in headers, by how they are written."""
+
+_COUNTS = "sequence"
+"""What stands in place of a unit below the name of a column that counts samples."""
+
+_LABELS = {
+    "names": ("tracename",),
+    "units": ("vertical units", "vunit"),
+    "unit of times": ("horizontal units", "hunit"),
+    "start": ("hoffset", "start"),
+    "step": ("hresolution", "increment"),
+}
+"""Words of oscilloscopes for what is to the right of them, or below them.
+
+They are those of Tektronix, Siglent, Rigol and Yokogawa (IM DLM3054-01EN, appendix 3: the time of
+sample k is HResolution (k - 1) + HOffset).
+"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,18 +98,25 @@ class Columns:
     units: Sequence[str]
     layout: str  # in words
 
+    def without_gaps(self, which: Sequence[int]) -> Columns:
+        """Return the lines without those that have numbers in some of these columns, not in all.
+
+        An empty cell is a gap; other texts are refused when the columns are read.
+        """
+        return replace(self, cells=[[] if _has_gap(row, which) else row for row in self.cells])
+
     def name(self, column: int) -> str:
         """Return number and name of a column, for messages."""
         return f"{column + 1} ({self.names[column]})" if self.names[column] else f"{column + 1}"
 
     def find(self, option: str, wanted: str) -> int:
         """Column with the name or number of an option; HertzchainError lists the columns."""
-        if wanted.isdecimal() and 1 <= int(wanted) <= len(self.names):
-            return int(wanted) - 1
         bare = [_UNIT.sub("", name).strip().lower() for name in self.names]
         for names, meant in ((list(self.names), wanted), (bare, wanted.lower())):
             if names.count(meant) == 1:
                 return names.index(meant)
+        if wanted.isdecimal() and 1 <= int(wanted) <= len(self.names):
+            return int(wanted) - 1
         listed = ", ".join(map(self.name, range(len(self.names))))
         hint = did_you_mean(wanted, [name for name in self.names if name])
         raise HertzchainError(f"{option} {wanted}: no such column, there are {listed}{hint}")
@@ -118,11 +143,17 @@ def read_columns(path: Path) -> Columns:
         for column in range(count)
         if sum(_numbers(row[column : column + 1]) for row in rows) > len(rows) / 2
     ]
-    names, units = _header(lines, separator, decimal, count)
     cells = [_cells(line, separator, decimal) for line in lines]
+    begin = _first_sample(cells, numeric)
+    # A comment may name the columns, and settings may stand next to the first samples.
+    header = [_cells(line.lstrip().lstrip("#%"), separator, ".") for line in lines[:begin]]
+    settings = _settings(header, cells[begin:], numeric)
+    names, units = _names_and_units(header, settings, numeric, count)
     layout = f"{_SEPARATORS[separator]} between columns"
     layout += ", decimal commas" if decimal == "," else ""
-    return Columns(path, cells, numeric, names, units, layout)
+    cells[:begin] = [[] for _ in range(begin)]
+    columns = Columns(path, cells, numeric, names, units, layout)
+    return _with_times(columns, begin, settings) if {"start", "step"} <= {*settings} else columns
 
 
 def columns_of(table: pandas.DataFrame) -> Columns:
@@ -169,23 +200,83 @@ def _fitting(lines: Sequence[str], separator: str, decimal: str) -> tuple[int, i
     return sum(numbers == size for numbers, size in two), len(two)
 
 
-def _header(
-    lines: Sequence[str], separator: str, decimal: str, count: int
+def _has_numbers(row: Sequence[str], columns: Sequence[int]) -> bool:
+    return len(row) > max(columns) and _numbers([row[column] for column in columns]) == len(columns)
+
+
+def _first_sample(cells: Sequence[Sequence[str]], numeric: Sequence[int]) -> int:
+    """Return the first line with samples: settings may have numbers, too, between texts."""
+    some = [(k, row) for k, row in enumerate(cells) if any(row)]
+    is_sample = [_has_numbers(row, numeric) for _, row in some]
+    run = next((k for k in range(len(some)) if all(is_sample[k : k + LEAST_SAMPLES])), 0)
+    texts = [k for k, (_, row) in enumerate(some[:run]) if not _numbers(row)]
+    begin = texts[-1] if texts else 0
+    return next((some[k][0] for k in range(begin, len(some)) if is_sample[k]), 0)
+
+
+def _settings(
+    header: Sequence[Sequence[str]], samples: Sequence[Sequence[str]], numeric: Sequence[int]
+) -> dict[str, list[str]]:
+    """Return what is to the right of the words of ``_LABELS``, or below them in the header."""
+    kinds = {word: kind for kind, words in _LABELS.items() for word in words}
+    settings: dict[str, list[str]] = {}
+    beside = [row[: numeric[0]] for row in samples[:_SETTING_LINES]]
+    for row in [*header, *beside]:
+        kind = kinds.get(row[0].lower()) if row else None
+        if kind is not None and any(row[1:]):
+            settings[kind] = list(row)
+    for names, values in itertools.pairwise(header):
+        for name, value in zip(names, values, strict=False):
+            if (kind := kinds.get(name.lower())) is not None and _numbers([value]):
+                settings[kind] = [name, value]
+    return settings
+
+
+def _names_and_units(
+    header: Sequence[Sequence[str]],
+    settings: Mapping[str, Sequence[str]],
+    numeric: Sequence[int],
+    count: int,
 ) -> tuple[list[str], list[str]]:
-    """Return names and units of the columns, from the last text lines before the numbers."""
-    texts: list[list[str]] = []
-    for line in lines:
-        cells = _cells(line.lstrip().lstrip("#%"), separator, ".")  # a comment may name them
-        if _numbers(_cells(line, separator, decimal)) >= 2 and len(cells) == count:
-            break
-        if len(cells) == count and all(cells) and not _numbers(cells):
-            texts.append(cells)
-    if not texts:
-        return [""] * count, [""] * count
-    units = [_as_unit(cell) for cell in texts[-1]]
-    if len(texts) > 1 and all(units):  # a line of units below the names
-        return texts[-2], units
-    return texts[-1], _units_in(texts[-1])
+    """Return names and units of the columns, from the last lines of the header that have them."""
+    rows = [row for row in header if len(row) > max(numeric) and all(row[k] for k in numeric)]
+    units = [""] * count
+    if rows and all(_as_unit(rows[-1][k]) or rows[-1][k].lower() == _COUNTS for k in numeric):
+        units = [_as_unit(cell) for cell in rows.pop()]  # below the names, which may be numbers
+    else:
+        rows = [row for row in rows if not _numbers([row[k] for k in numeric])]
+    row = settings.get("names", rows[-1] if rows else [])
+    names = [*row, *[""] * count][:count]
+    units = [
+        of_row or of_name
+        for of_row, of_name in zip([*units, *[""] * count], _units_in(names), strict=False)
+    ]
+    # A file without times has none of their unit; one unit may stand for all channels.
+    of_times = numeric[:1] if "step" not in settings else []
+    for column in numeric:
+        row = settings.get("unit of times" if column in of_times else "units", ["", ""])
+        unit = row[column] if 0 < column < len(row) else row[1]
+        units[column] = units[column] or _as_unit(unit.rpartition(":")[2])
+    return names, units
+
+
+def _with_times(columns: Columns, begin: int, settings: Mapping[str, Sequence[str]]) -> Columns:
+    """Return the columns with one of times more, of samples that are equally far apart."""
+    start, step = (float(settings[kind][1]) for kind in ("start", "step"))
+    counter = columns.numeric[0]
+    rows = [row for row in columns.cells[begin:] if row]
+    counted = [_value(row, counter) for row in rows]
+    counts = counted == list(range(len(rows)))
+    times = iter(start + step * k for k in range(len(rows)))
+    cells = [
+        [*[*row, *[""] * len(columns.names)][: len(columns.names)], repr(next(times))]
+        if row and k >= begin else row
+        for k, row in enumerate(columns.cells)
+    ]  # fmt: skip
+    numeric = [len(columns.names), *columns.numeric[counts:]]
+    unit = _as_unit(settings.get("unit of times", ["", "s"])[1]) or "s"
+    names, units = [*columns.names, "time"], [*columns.units, unit]
+    return replace(columns, cells=cells, numeric=numeric, names=names, units=units)
 
 
 def _units_in(names: Sequence[str]) -> list[str]:
@@ -195,7 +286,7 @@ def _units_in(names: Sequence[str]) -> list[str]:
 
 def _as_unit(cell: str) -> str:
     """Return the known unit in a cell, with or without brackets; empty if there is none."""
-    bare = cell.strip("[]() ")
+    bare = "s" if cell == "S" else cell.strip("[]() ")
     return _UNIT_SPELLINGS.get(bare, _UNIT_SPELLINGS.get(bare.lower(), "") if len(bare) > 3 else "")
 
 
@@ -251,9 +342,12 @@ def read_recording(
         right = is_finite(scale) and scale != 0
         require(right, "--scale", scale, "must be a finite number other than 0")
         newtons, unit_of_force = scale, f"times {scale:g} N"
-    values = _read(columns, (first, second))
+    whole = columns.without_gaps((first, second))
+    values = _read(whole, (first, second))
+    gaps = sum(map(bool, columns.cells)) - sum(map(bool, whole.cells))
+    left_out = f", {gaps:,} with an empty cell left out" if gaps else ""
     facts = (
-        ("file", f"{path}: {len(values):,} samples, {columns.layout}"),
+        ("file", f"{path}: {len(values):,} samples, {columns.layout}{left_out}"),
         ("time", f"column {columns.name(first)}, {unit_of_time}"),
         ("force", f"column {columns.name(second)}, {unit_of_force}"),
     )
@@ -309,13 +403,12 @@ def _read(columns: Columns, which: tuple[int, int]) -> FloatArray:
         allowed = f"line {number}: the time is not above that of line {before}"
         advice = "export times with more digits, or name another column"
         raise SceneError("", None, f"{allowed}; {advice}", columns.path)
-    counts = any(name.lower().startswith("increment") for name in columns.names)
-    if counts and bool(np.all(np.diff(values[:, 0]) == 1)):
-        raise HertzchainError(
-            f"{columns.path}: column {columns.name(which[0])} counts samples: write their times in"
-            " its place, from Start by Increment"
-        )
     return values
+
+
+def _has_gap(row: Sequence[str], which: Sequence[int]) -> bool:
+    cells = [row[column] for column in which if column < len(row)]
+    return cells.count("") > 0 < _numbers(cells) == len(which) - cells.count("")
 
 
 def _value(cells: Sequence[str], column: int) -> float | None:

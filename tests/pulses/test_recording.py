@@ -124,14 +124,56 @@ def test_columns_by_name_and_number(tmp_path: Path) -> None:
         read_recording(path, time="4", force="4")
 
 
-def test_settings_next_to_the_first_samples(tmp_path: Path) -> None:
-    """Tektronix writes them into the first three columns."""
-    rows = [f",,,{t},{f}," for t, f in zip(TIME, FORCE, strict=True)]
-    rows[0] = f"Record Length,1.0e+01,Points,{TIME[0]},{FORCE[0]},"
-    rows[1] = f"Sample Interval,0.5,s,{TIME[1]},{FORCE[1]},"
+OSCILLOSCOPES: dict[str, tuple[str, str]] = {
+    # as the manuals of their makers have it; {t}, {f}: of a sample, {k}: its number, from 0
+    "Tektronix MSO": (
+        ("Model,MSO4054B\nFirmware Version,3.16\n,\nHorizontal Units,S,\nSample Interval,5e-7,\n"
+        "Gating,0.0% to 100.0%,\nProbe Attenuation,1,1\nVertical Units,V,V\nVertical Offset,0,0\n"
+        "Vertical Position,0,0\n,,\nLabel,,\nTIME,CH1,CH2\n"), "{t},{f},0.1"),
+    "Tektronix TDS": ("", "{setting},{t},{f},"),
+    "Keysight": ("x-axis,7,8\nsecond,Volt,Volt\n", "{t},{f},0.1"),
+    "Rigol": ("X,CH1,CH2,Start,Increment,\nSequence,Volt,Volt,0.0,5.0e-01\n", "{k},{f},0.1,"),
+    "PicoScope": ("Time,Channel A,Channel B\n(s),(V),(mV)\n\n", "{t},{f},0.1"),
+    "LeCroy": (("LECROYHDO4034,1,Waveform\nSegments,1,SegmentSize,10\n"
+        "Segment,TrigTime,TimeSinceSegment1\n#1,28-Nov-2026 10:00:00,0\nTime (s),Ampl (V)\n"),
+        "{t},{f}"),
+    "Siglent": (("Record Length,Analog:7M\nSample Interval,CH1:5e-1\nVertical Units,CH1:V\n"
+        "Horizontal Units,s\nModel Number,SDS1104X\nSource,CH1\nSecond,Value\n"), "{t},{f}"),
+    "Rohde & Schwarz": ("in s,C1 in V,C2 in V\n", "{t},{f},0.1"),
+    "Yokogawa": (("Header Size,12\nModel Name,DLM3024\nTraceName,CH1,CH2\nBlockSize,10,10\n"
+        "VUnit,V,V\nSampleRate,2.0,2.0\nHResolution,5.0e-01,5.0e-01\nHOffset,0.0,0.0\n"
+        "HUnit,s,s\nDate,2026/11/28,2026/11/28\nTime,10:00:00,10:00:00\n\n"), ",{f},0.1"),
+}  # fmt: skip
+"""Header and form of a line of the files that oscilloscopes write."""
+
+
+@pytest.mark.parametrize("maker", OSCILLOSCOPES)
+def test_files_of_oscilloscopes_have_times_and_units(maker: str, tmp_path: Path) -> None:
+    """Volts need a scale; times that no column has follow from the header."""
+    header, form = OSCILLOSCOPES[maker]
+    beside = iter(["Record Length,1.0e+01,Points", "Vertical Units,V,", "Horizontal Units,s,"])
+    rows = [
+        form.format(t=t, f=f, k=k, setting=next(beside, ",,") if maker == "Tektronix TDS" else "")
+        for k, (t, f) in enumerate(zip(TIME, FORCE, strict=True))
+    ]
     path = tmp_path / "a.csv"
-    path.write_text("\n".join(rows), encoding="utf-8")
-    assert_read(read_recording(path))
+    path.write_text(header + "\n".join(rows), encoding="utf-8")
+    assert_read(read_recording(path, scale=25.0), 1.0, 25.0)
+    with pytest.raises(HertzchainError, match=r"is in (V|volt): say with --scale"):
+        read_recording(path)
+
+
+def test_empty_cells_are_gaps_and_other_texts_are_refused(tmp_path: Path) -> None:
+    rows = [f"{t},{f},{k}" for k, (t, f) in enumerate(zip(TIME, FORCE, strict=True))]
+    rows[4:4] = ["1.75,,9", "1.8,,"]
+    path = tmp_path / "a.csv"
+    path.write_text("\n".join(["time_s,force_N,other", *rows, "99,,"]), encoding="utf-8")
+    recording = read_recording(path)
+    assert_read(recording)
+    assert "3 with an empty cell left out" in dict(recording.facts)["file"]
+    path.write_text(path.read_text("utf-8").replace("1.8,,", "1.8,off,"), encoding="utf-8")
+    with pytest.raises(HertzchainError, match="line 7: has no finite time and force"):
+        read_recording(path)
 
 
 def test_the_file_of_an_oscilloscope(tmp_path: Path) -> None:
@@ -165,11 +207,6 @@ def test_all_that_is_wrong_is_said_at_once(tmp_path: Path) -> None:
         (b"\x00\x01\x02", "is not a text file"),
         (b"1" * 300_000 + b"x\n", "no line has numbers in two columns"),  # minutes in all ways
         (b"".join(b"%d,%d\n" % (k // 2, k) for k in range(20)), "export times with more digits"),
-        (
-            b"X,CH1,Start,Increment\nSequence,Volt,0,1e-7\n"
-            + b"".join(b"%d,%d,,\n" % (k, k * k) for k in range(20)),
-            r"column 1 \(X\) counts samples: write their times in its place",
-        ),
     ],
 )
 def test_what_is_no_recording(content: bytes, words: str, tmp_path: Path) -> None:

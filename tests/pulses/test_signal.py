@@ -10,6 +10,7 @@ from hertzchain.errors import HertzchainError
 from hertzchain.pulses.pulse import (
     _foot,
     averaged,
+    left_out,
     no_return,
     pulse_of,
     without_negative,
@@ -207,6 +208,19 @@ def test_a_recording_that_does_not_return_is_said(off: float, is_said: bool) -> 
     assert all(f"ends {off:+.2g} N from its baseline" in warning for warning in warnings)
     given = {"end": START + DURATION}
     assert pulse_of(recording(sine_squared(time) + away), **given).warnings == ()
+
+
+@pytest.mark.parametrize(
+    ("left", "deviation", "is_said"),
+    [(0.9, 0.0, False), (1.1, 0.0, True), (-1.1, 0.0, True), (1.1, 0.23, False), (1.1, 0.21, True)],
+)
+def test_a_hundredth_of_the_impulse_after_the_pulse_is_said(
+    left: float, deviation: float, is_said: bool
+) -> None:
+    """Unless five deviations of the mean force [N] explain it."""
+    said = left_out(left, 100.0, 1.0, deviation)
+    assert (said is not None) == is_said
+    assert not is_said or "1.1% of the impulse is left out, as after the pulse" in str(said)
 
 
 @pytest.mark.parametrize("noise", [0.0, 0.001, 0.01, 0.05])

@@ -134,6 +134,7 @@ def read_traces(scene: Scene, results: Any, columns: Mapping[str, str]) -> Trace
     require(bool(named), "traces", None, allowed)
     gauges = tuple(_gauge(role, scene) for role, _ in named)
     require(len(set(gauges)) == len(gauges), "traces", None, "have a gauge twice")
+    read = read.without_gaps([read.find("--column", name) for _, (name, _) in named])
     forces, noise = [], []
     for role, (name, newtons) in named:
         scale = to_si(f"column {role}", newtons, "N") if newtons else None
