@@ -140,8 +140,9 @@ def judge(
         metavar="FILE",
         help="CSV with the columns contact, peak_force_N; or a LAMMPS dump of all granules with id,"
         " x, fx (all files of one dump); or measured traces: time_s, gauge_16_N, contact_10_N,"
-        " wall_N, near_wall_N, or any with --column; or measured pulses: contact or granule,"
-        " force_N, perhaps time_s and width_s. Peaks and dumps may be gzipped.",
+        " wall_N, near_wall_N, or any with --column (also a file for each channel of a record); or"
+        " measured pulses: contact or granule, force_N, perhaps time_s and width_s. Peaks and dumps"
+        " may be gzipped.",
     ),
     *,
     traces: options.TraceOptions,
@@ -173,8 +174,8 @@ def judge(
     columns = traces.columns
     step, limit = options.to_seconds("--dt", dt), options.to_time_limit(time_limit)
     loaded = options.load_scene(scene)
-    names = names_in(results[0]) if len(results) == 1 else ()
-    of_traces = len(results) == 1 and is_traces(names, columns)
+    names = names_in(results[0])
+    of_traces = all(is_traces(names_in(file), columns) for file in results)
     options.refuse_without_need(of_traces, no_shift=traces.no_shift, column=bool(columns))
     with output.progress() as report_progress, output.compiling(report_progress):
         if of_traces:
@@ -188,10 +189,10 @@ def judge(
             }
             if loaded.uncertain:
                 seen = SEEN if tolerance is None else tolerance
-                outputs.end(of_validation(validate(loaded, results[0], tolerance=seen, **how)))
+                outputs.end(of_validation(validate(loaded, results, tolerance=seen, **how)))
             within = TOLERANCE if tolerance is None else tolerance
-            outputs.end(document_of(judge_traces(loaded, results[0], tolerance=within, **how)))
-        if is_train(names):
+            outputs.end(document_of(judge_traces(loaded, results, tolerance=within, **how)))
+        if len(results) == 1 and is_train(names):
             allowed = "must be left out for pulses, whose forces are in N"
             require(units is SI and step is None, "units and dt", None, allowed)
             within = TOLERANCE if tolerance is None else tolerance
@@ -236,6 +237,12 @@ def fit(
         f" repeatable. A fixed length: {_TIE}.",
     ),
     how: options.TraceOptions,
+    own_clocks: bool = typer.Option(
+        False,
+        "--own-clocks",
+        help="Each file has a clock of its own. Default: files of different gauges share one, as"
+        " channels of one record.",
+    ),
     output: Path | None = typer.Option(
         None, "-o", "--output", metavar="FILE", help="Write the fitted scene (.toml)."
     ),
@@ -257,7 +264,7 @@ def fit(
     with progress() as report_progress, compiling(report_progress):
         fitted = fits.fit(
             loaded, traces, free, ties=ties, columns=columns, shift=not how.no_shift,
-            time_limit=limit, progress=report_progress,
+            own_clocks=own_clocks, time_limit=limit, progress=report_progress,
         )  # fmt: skip
     show(as_json, fitted.to_dict, lambda console: console.print(repr(fitted)))
     write_file("Scene", output, fitted.scene.to_toml)

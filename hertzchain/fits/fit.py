@@ -25,7 +25,7 @@ from hertzchain.sweeps.columns import unit_of
 from hertzchain.sweeps.design import sobol_points
 from hertzchain.verdict.results.reading import COLUMNS, read
 from hertzchain.verdict.traces.judging import aligned, expected_of
-from hertzchain.verdict.traces.traces import Traces, is_traces, names_in, read_traces
+from hertzchain.verdict.traces.traces import Traces, is_traces, names_in, read_records
 
 MOST_MEAN_SQUARE = 1.35
 """Mean square of differences over the noise above which they are not noise: noise is known to 5 %
@@ -251,6 +251,7 @@ def fit(
     ties: Mapping[str, str] | None = None,
     columns: Mapping[str, str] | None = None,
     shift: bool = True,
+    own_clocks: bool = False,
     time_limit: float = TIME_LIMIT,
     progress: ShowProgress = None,
 ) -> Fit:
@@ -273,6 +274,9 @@ def fit(
         ``{"chain.granules": "0.2 / (2 * chain.radius)"}`` keeps the length.
     columns, shift, progress
         As for ``judge_traces``; the shift of each clock is fitted, too.
+    own_clocks
+        Whether each file has a clock of its own. By default files of different gauges share one, as
+        channels of one record.
     time_limit
         Time limit of the whole fit [s].
 
@@ -303,7 +307,7 @@ def fit(
             require(shift and not columns, "columns and the clock", None, allowed)
             model = OfPeaks(scene, chosen, [_peaks(scene, table) for table in given], deadline)
         else:
-            measured = [read_traces(scene, table, columns or {}) for table in given]
+            measured = read_records(scene, given, columns or {}, own_clocks)
             model = _of_traces(scene, chosen, measured, deadline, shift)
         _refuse_alike(model.slopes(model.begin, rtol=SLOPE_RTOL), chosen, model.given)
         flies = bool(np.any(np.greater(model.scene(model.begin).granules.gap, 0)))

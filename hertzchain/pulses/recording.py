@@ -53,6 +53,7 @@ _COUNTS = "sequence"
 
 _LABELS = {
     "names": ("tracename",),
+    "name": ("source",),
     "units": ("vertical units", "vunit"),
     "unit of times": ("horizontal units", "hunit"),
     "start": ("hoffset", "start"),
@@ -247,6 +248,8 @@ def _names_and_units(
         rows = [row for row in rows if not _numbers([row[k] for k in numeric])]
     row = settings.get("names", rows[-1] if rows else [])
     names = [*row, *[""] * count][:count]
+    if "name" in settings and len(numeric) > 1:  # of the one channel
+        names[numeric[1]] = settings["name"][1]
     units = [
         of_row or of_name
         for of_row, of_name in zip([*units, *[""] * count], _units_in(names), strict=False)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -165,7 +165,7 @@ class Validation(ShownVerdict):
 
 def validate(
     scene: SceneLike,
-    traces: Path | str | pandas.DataFrame,
+    traces: Path | str | pandas.DataFrame | Sequence[Path | str | pandas.DataFrame],
     *,
     columns: Mapping[str, str] | None = None,
     tolerance: float = SEEN,

@@ -80,6 +80,13 @@ def test_intervals_hold_the_truth() -> None:
     ratio = both.parameters[0].deviation / fit.parameters[0].deviation
     assert ratio == pytest.approx(0.71, abs=0.1)
     assert len(both.shifts) == 2
+    assert "each file has a clock of its own" in both.remarks
+    traces = experiment(0.01, seed=3)
+    channels = [traces[["time_s", name]] for name in traces.columns[1:]]
+    one = hc.fit(START, channels, FREE)
+    assert (len(one.shifts), one.remarks) == (1, ("the files are of one record, on one clock",))
+    assert one.parameters[0].value == pytest.approx(fit.parameters[0].value, rel=1e-9)
+    assert len(hc.fit(START, channels, FREE, own_clocks=True).shifts) == len(channels) > 1
 
 
 @pytest.mark.parametrize("seed", [1, pytest.param(3, marks=pytest.mark.slow)])

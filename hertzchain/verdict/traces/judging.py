@@ -23,7 +23,7 @@ from hertzchain.scene.gauge import Gauge
 from hertzchain.scene.scene import Scene, SceneLike, to_scene
 from hertzchain.showing import ShownVerdict, ShowProgress, telling
 from hertzchain.verdict.check import Check, Kind, within
-from hertzchain.verdict.traces.traces import ENOUGH_QUIET_SAMPLES, Traces, read_traces
+from hertzchain.verdict.traces.traces import ENOUGH_QUIET_SAMPLES, Traces, read_records
 
 if TYPE_CHECKING:
     import pandas
@@ -343,7 +343,7 @@ class TraceJudgement(ShownVerdict):
 
 def judge_traces(
     scene: SceneLike,
-    traces: Path | str | pandas.DataFrame,
+    traces: Path | str | pandas.DataFrame | Sequence[Path | str | pandas.DataFrame],
     *,
     columns: Mapping[str, str] | None = None,
     tolerance: float = TOLERANCE,
@@ -360,7 +360,8 @@ def judge_traces(
     traces
         Forces over time of one or several gauges, without static forces: a text file in any layout,
         as oscilloscopes write it, or a pandas table, with the columns time_s and gauge_16_N (in
-        granule 16), contact_10_N, wall_N, near_wall_N, or any that ``columns`` names.
+        granule 16), contact_10_N, wall_N, near_wall_N, or any that ``columns`` names. Several files
+        or tables are the channels of one record.
     columns
         Columns by ``time``, ``gauge_16``, ``contact_10``, ``wall``, and the size of their unit:
         ``{"gauge_16": "CH1 [25 N]"}``.
@@ -386,7 +387,11 @@ def judge_traces(
     allowed = "must be a number above 0 and below 1"
     require(is_positive(tolerance) and tolerance < 1, "tolerance", tolerance, allowed)
     scene = to_scene(scene)
-    measured = read_traces(scene, traces, columns or {})
+    is_list = isinstance(traces, Sequence) and not isinstance(traces, str)
+    files: list[Any] = list(traces) if is_list else [traces]  # type: ignore[arg-type]
+    require(bool(files), "traces", None, "must be at least one file or table")
+    measured, *others = read_records(scene, files, columns or {})
+    require(not others, "traces", None, "have a gauge twice: judge each record by itself")
     with telling(progress) as report_progress:
         report_progress("native: the reference method")
         expected = expected_of(scene, measured.gauges, Native("reference", time_limit=time_limit))

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from contextlib import suppress
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -53,23 +54,26 @@ class Traces:
         Without static forces [N], shape (samples, gauges).
     noise
         Standard deviation of the noise of each gauge [N], shape (gauges,).
+    clock
+        A sentence on the clock of several files; empty for one.
     """
 
     time: FloatArray
     gauges: tuple[Gauge, ...]
     force: FloatArray
     noise: FloatArray
+    clock: str = ""
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """Sentences on gauges that were clipped; usually empty."""
+        """Sentences on the clock of several files, and on gauges that were clipped."""
         counts = [_clipped(force) for force in self.force.T]
-        return tuple(
+        return (*filter(None, [self.clock]), *(
             f"{gauge.place}: {count} samples have the largest value, as those of a clipped"
             " recording: measure it again in a wider range of the instrument"
             for gauge, count in zip(self.gauges, counts, strict=True)
             if count
-        )
+        ))  # fmt: skip
 
 
 def _clipped(force: FloatArray) -> int:
@@ -101,6 +105,54 @@ def _columns_of(results: Any) -> Columns:
     return columns_of(results) if hasattr(results, "columns") else read_columns(Path(results))
 
 
+def read_records(
+    scene: Scene, files: Sequence[Any], columns: Mapping[str, str], own_clocks: bool = False
+) -> list[Traces]:
+    """Return the traces of files or pandas tables, one for each clock.
+
+    Files of different gauges are channels of one record and share its clock, unless ``own_clocks``;
+    files with a gauge in common are several records. Columns and errors are those of
+    ``read_traces``; in a shared record, each gauge's column is in one of the files.
+    """
+    read = [_columns_of(file) for file in files]
+    parts = [_columns_in(each, columns) for each in read]
+    roles = [role for each in zip(read, parts, strict=True) for role, _ in _named(*each)]
+    gauges = [_gauge(role, scene) for role in roles]
+    is_one = len(read) > 1 and not own_clocks and len({*gauges}) == len(gauges)
+    if not is_one:
+        records = [read_traces(scene, each, columns) for each in read]
+        said = "each file has a clock of its own" if len(read) > 1 else ""
+        return [replace(records[0], clock=said), *records[1:]]
+    channels = [read_traces(scene, *each) for each in zip(read, parts, strict=True)]
+    time = channels[0].time
+    for each, other in zip(read[1:], channels[1:], strict=True):
+        if time.shape != other.time.shape or not np.allclose(time, other.time, rtol=1e-6, atol=0):
+            raise HertzchainError(
+                f"{each.path}: has other times than {read[0].path}: files of one record have the"
+                " same; fit those of several records with --own-clocks"
+            )
+    force = np.concatenate([each.force for each in channels], axis=1)
+    noise = np.concatenate([each.noise for each in channels])
+    return [Traces(time, tuple(gauges), force, noise, "the files are of one record, on one clock")]
+
+
+def _columns_in(read: Columns, columns: Mapping[str, str]) -> dict[str, str]:
+    """Return those of some columns, by their roles, that a file has."""
+    some = {}
+    for role, text in columns.items():
+        with suppress(HertzchainError):
+            read.find("--column", _spec(role, text)[0])
+            some[role] = text
+    return some
+
+
+def _named(read: Columns, columns: Mapping[str, str]) -> list[tuple[str, tuple[str, str]]]:
+    """Return the columns of gauges: role, name and unit of each."""
+    sensors = [(role, _spec(role, text)) for role, text in columns.items() if role != "time"]
+    matches = filter(None, map(_COLUMN.fullmatch, read.names))
+    return sensors or [(match[1], (match[0], "")) for match in matches]
+
+
 def read_traces(scene: Scene, results: Any, columns: Mapping[str, str]) -> Traces:
     """Return the traces of a file or a pandas table.
 
@@ -121,12 +173,12 @@ def read_traces(scene: Scene, results: Any, columns: Mapping[str, str]) -> Trace
     HertzchainError
         For a file that cannot be read, or columns that it does not have.
     """
-    read = _columns_of(results)
-    sensors = {role: _spec(role, text) for role, text in columns.items()}
+    read = results if isinstance(results, Columns) else _columns_of(results)
     of_times = [(name, "") for name in read.names if _TIME.fullmatch(name)]
-    time, unit = sensors.pop("time", None) or next(iter(of_times), (None, ""))
-    matches = filter(None, map(_COLUMN.fullmatch, read.names))
-    named = list(sensors.items()) or [(match[1], (match[0], "")) for match in matches]
+    time, unit = next(iter(of_times), (None, ""))
+    if "time" in columns:
+        time, unit = _spec("time", columns["time"])
+    named = _named(read, columns)
     allowed = (
         f"has the columns {', '.join(read.names[:8])}: name those of gauges, as by --column"
         " 'gauge_16=CH1 [25 N]'"

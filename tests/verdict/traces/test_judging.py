@@ -173,6 +173,38 @@ def test_files_of_oscilloscopes(
     assert "granule 6: first peak [N]" in done.out
 
 
+def test_a_file_for_each_channel(
+    measured: pd.DataFrame, tmp_path: Path, hertzchain: Command
+) -> None:
+    """They are one record: times of travel are judged; names of columns tell them apart."""
+    SCENE.to_toml(tmp_path / "scene.toml")
+    channels = ("gauge_6_N", "gauge_11_N")
+    paths = [tmp_path / f"{k}.csv" for k in range(2)]
+    for path, channel in zip(paths, channels, strict=True):
+        measured[["time_s", channel]].to_csv(path, index=False)
+    done = hertzchain("judge", tmp_path / "scene.toml", *paths, "--json")
+    assert done.status == 0, done.err
+    alone = hc.judge_traces(SCENE, measured[["time_s", *channels]])
+    assert [check["measured"] for check in done.json()["checks"]] == pytest.approx(
+        [check.measured for check in alone.checks], rel=1e-12
+    )
+    assert done.json()["remarks"] == ["the files are of one record, on one clock"]
+    for k, path in enumerate(paths):  # as Tektronix TDS names the channel
+        _, first, *rows = path.read_text("utf-8").splitlines()
+        lines = [f"Source,CH{k + 1},,{first}", *(f",,,{row}" for row in rows)]
+        path.write_text("\n".join(lines), "utf-8")
+    columns = {"gauge_6": "CH1", "gauge_11": "CH2"}
+    assert len(hc.judge_traces(SCENE, paths, columns=columns).checks) == len(alone.checks)
+    later = measured[["time_s", "wall_N"]].iloc[1:]
+    for tables, words in (
+        ([measured, later], "have a gauge twice: judge each record"),
+        ([measured[["time_s", "gauge_6_N"]], later], "has other times than the table"),
+        ([], "at least one file"),
+    ):
+        with pytest.raises(HertzchainError, match=words):
+            hc.judge_traces(SCENE, tables)
+
+
 def test_a_page_and_a_figure(measured: pd.DataFrame, tmp_path: Path) -> None:
     judgement = hc.judge_traces(SCENE, measured, tolerance=1e-3)
     judgement.report(tmp_path / "page.html")
