@@ -14,7 +14,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from hertzchain.engines.lammps.reading.found import FoundDeck
+from hertzchain.engines.lammps.reading.contents import FoundDeck
 from hertzchain.engines.lammps.reading.text import Edits
 from hertzchain.errors import RunFailed
 from hertzchain.examiner.examined import (

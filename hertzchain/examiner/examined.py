@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray, apart, or_none
-from hertzchain.engines.lammps.reading.found import Executed, FoundDeck, FoundFix, Units
+from hertzchain.engines.lammps.reading.contents import Executed, FoundDeck, FoundFix, Units
 from hertzchain.engines.lammps.reading.text import Edits, lines_of
 from hertzchain.examiner.measured import (
     Law,

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from hertzchain.engines.lammps.reading.found import UNITS, FoundDeck
+from hertzchain.engines.lammps.reading.contents import UNITS, FoundDeck
 from hertzchain.engines.lammps.reading.reading import DEPTH, Reader
 from hertzchain.engines.lammps.reading.text import Edits
 from hertzchain.engines.native.backend import Native

@@ -7,7 +7,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from hertzchain.engines.lammps.reading.found import Executed, FoundDeck
+from hertzchain.engines.lammps.reading.contents import Executed, FoundDeck
 
 Changes = dict[tuple[str, int, str], tuple[str, ...]]
 """Commands that replace those of a deck: by file, line and text of the command."""

@@ -9,7 +9,7 @@ import numpy as np
 
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps.deck import force_formula
-from hertzchain.engines.lammps.reading.found import FoundDeck
+from hertzchain.engines.lammps.reading.contents import FoundDeck
 from hertzchain.examiner.examined import Case
 from hertzchain.scene.ramp import Ramp
 

@@ -31,7 +31,7 @@ from hertzchain.report.style import FORMULAS, GIVEN, LABELS
 from hertzchain.verdict.run_checks import FIRST_PULSES, PEAKS
 
 if TYPE_CHECKING:
-    from hertzchain.engines.lammps.reading.found import Executed
+    from hertzchain.engines.lammps.reading.contents import Executed
     from hertzchain.examiner.examined import DeckCheck, DeckExamination
     from hertzchain.verdict.comparison import Comparison
     from hertzchain.verdict.judgement import Judgement

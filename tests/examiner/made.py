@@ -11,7 +11,7 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.lammps.reading.found import (
+from hertzchain.engines.lammps.reading.contents import (
     Executed,
     FoundDeck,
     FoundFix,

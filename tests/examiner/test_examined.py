@@ -11,7 +11,7 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.lammps.reading.found import Executed, FoundDeck, FoundRun
+from hertzchain.engines.lammps.reading.contents import Executed, FoundDeck, FoundRun
 from hertzchain.engines.lammps.reading.text import Edits
 from hertzchain.errors import RunFailed, SceneError
 from hertzchain.examiner import examining, places

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import hertzchain as hc
-from hertzchain.engines.lammps.reading.found import Executed, FoundDeck, FoundRun
+from hertzchain.engines.lammps.reading.contents import Executed, FoundDeck, FoundRun
 from hertzchain.engines.lammps.reading.probing import DAMPED, DEPTHS
 from hertzchain.errors import RunFailed
 from hertzchain.examiner import examined as of_case

@@ -23,7 +23,7 @@ from hertzchain.engines.lammps.binary import Binary, Program
 from hertzchain.engines.lammps.dialect import NO_STEP
 from hertzchain.engines.lammps.engine import command, engine, look, run, version_of
 from hertzchain.engines.lammps.isolation import Child
-from hertzchain.engines.lammps.reading.found import FoundDeck
+from hertzchain.engines.lammps.reading.contents import FoundDeck
 from hertzchain.engines.lammps.reading.reading import examine_deck, examined_deck
 from hertzchain.errors import HertzchainError, SceneError, require
 from hertzchain.limits import RTOL, TIME_LIMIT, Deadline

@@ -26,7 +26,7 @@ from hertzchain.engines.lammps.reading.text import (
 
 if TYPE_CHECKING:
     from hertzchain.arrays import FloatArray
-    from hertzchain.engines.lammps.reading.found import Executed
+    from hertzchain.engines.lammps.reading.contents import Executed
     from hertzchain.engines.lammps.reading.frozen import Applied
     from hertzchain.engines.lammps.reading.probing import Granules
     from hertzchain.engines.lammps.reading.reading import Look

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.lammps.reading.found import Units
+from hertzchain.engines.lammps.reading.contents import Units
 from hertzchain.errors import SceneError
 from hertzchain.observables.peaks import judged_contacts
 from hertzchain.scene.scene import Scene

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.lammps.reading.found import UNITS
+from hertzchain.engines.lammps.reading.contents import UNITS
 from hertzchain.errors import POSITIVE, SceneError, is_positive, require
 from hertzchain.files import read_bytes, text_in
 from hertzchain.limits import TIME_LIMIT, TOLERANCE

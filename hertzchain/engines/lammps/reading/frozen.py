@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.lammps.reading.found import FoundFix
+from hertzchain.engines.lammps.reading.contents import FoundFix
 from hertzchain.engines.lammps.reading.probing import Granules, by_fix, members
 from hertzchain.engines.lammps.reading.session import BLOCK, DeckFix, Readings, Session
 from hertzchain.engines.lammps.reading.text import LEADS, MOVES, OF_MOTION, QUIET

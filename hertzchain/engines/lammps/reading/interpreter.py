@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from hertzchain.engines.lammps.reading.found import Executed
+from hertzchain.engines.lammps.reading.contents import Executed
 from hertzchain.engines.lammps.reading.text import (
     CONTROL,
     Edits,

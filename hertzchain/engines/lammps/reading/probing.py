@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.lammps.reading.found import FoundWall, IntArray, Units, units_of
+from hertzchain.engines.lammps.reading.contents import FoundWall, IntArray, Units, units_of
 from hertzchain.engines.lammps.reading.session import DeckFix, Readings, Session
 from hertzchain.engines.lammps.reading.text import command_of
 from hertzchain.errors import RunFailed

@@ -19,7 +19,13 @@ from hertzchain.engines.lammps import deck
 from hertzchain.engines.lammps.binary import Program
 from hertzchain.engines.lammps.engine import engine
 from hertzchain.engines.lammps.isolation import Child
-from hertzchain.engines.lammps.reading.found import Executed, FoundDeck, FoundRun, FoundWall, scaled
+from hertzchain.engines.lammps.reading.contents import (
+    Executed,
+    FoundDeck,
+    FoundRun,
+    FoundWall,
+    scaled,
+)
 from hertzchain.engines.lammps.reading.frozen import Applied, Replay, nothing_applied
 from hertzchain.engines.lammps.reading.interpreter import Ended, Interpreter
 from hertzchain.engines.lammps.reading.probing import Granules, Probes, Sizes, probe
@@ -31,7 +37,7 @@ from hertzchain.limits import TIME_LIMIT, Deadline, bound_memory, in_words
 from hertzchain.scene.scene import Scene
 
 
-def found_of(
+def contents_of(
     probes: Probes,
     seen: Watched,
     applied: Applied,
@@ -305,7 +311,7 @@ class Reader:
         self._say("asking LAMMPS what it makes of the deck")
         probes, seen = self._call(probed, source, self._sizes, begin)
         if not probes.granules.is_chain:
-            return found_of(probes, seen, nothing_applied(probes.granules))
+            return contents_of(probes, seen, nothing_applied(probes.granules))
         # Pair style granular leaves memory undefined after a restart file (observed in 2025): in a
         # process that has run LAMMPS before, the deck often stops.
         restarts = any(done.text.startswith("read_restart") for done in seen.commands)
@@ -330,7 +336,7 @@ class Reader:
             seen.stopped = stopped
         else:
             applied = self._call(_freeze, seen, probes, each, begin)
-        return found_of(probes, seen, applied, self._scene)
+        return contents_of(probes, seen, applied, self._scene)
 
 
 @dataclass(frozen=True, eq=False)
@@ -555,7 +561,7 @@ def examine_deck(folder: Path, scene: Scene, text: str, program: Program | None)
     probes, _ = probed(start, source, replace(Sizes.of(scene), overlap=DEPTH))
     driven = np.zeros(probes.granules.count, bool)
     seen, applied = without_motion(start, source, probes, 0.0, driven)
-    return found_of(probes, seen, applied, backwards=False)
+    return contents_of(probes, seen, applied, backwards=False)
 
 
 def examined_deck(scene: Scene, pair_style: str, version: str) -> str:

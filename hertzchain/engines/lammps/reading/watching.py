@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.external.readings import contact_forces
-from hertzchain.engines.lammps.reading.found import Executed, FoundRun, FoundWall
+from hertzchain.engines.lammps.reading.contents import Executed, FoundRun, FoundWall
 from hertzchain.engines.lammps.reading.probing import DEPTHS, Probes, by_fix, members
 from hertzchain.engines.lammps.reading.session import GranulesChanged, Readings, Session
 from hertzchain.engines.lammps.reading.text import IGNORES_FORCES, LEADS, QUIET, number

@@ -13,7 +13,7 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.engines.lammps.reading import reading as assembling
-from hertzchain.engines.lammps.reading.found import UNITS, FoundDeck
+from hertzchain.engines.lammps.reading.contents import UNITS, FoundDeck
 from hertzchain.engines.lammps.reading.probing import Sizes
 from hertzchain.engines.lammps.reading.watching import Watched
 from tests.engines.lammps.reading.chains import BESIDE_PYTHON, SCENE, STEP, Deck, read_deck

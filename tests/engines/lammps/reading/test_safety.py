@@ -13,7 +13,7 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.engines.lammps.binary import look
-from hertzchain.engines.lammps.reading.found import FoundDeck, units_of
+from hertzchain.engines.lammps.reading.contents import FoundDeck, units_of
 from hertzchain.engines.lammps.reading.text import Rules, command_of, quoted, words_of
 from hertzchain.errors import BackendMissing, HertzchainError, RunFailed, TooExpensive
 from hertzchain.limits import Deadline

@@ -1,4 +1,4 @@
-"""What LAMMPS found in a user's deck, in SI units: commands, granules, forces, peaks."""
+"""The contents of a deck as LAMMPS has them, in SI units: commands, granules, forces, peaks."""
 
 from __future__ import annotations
 
@@ -92,7 +92,7 @@ Forces = Annotated[FloatArray, "force"]
 Drags = Annotated[FloatArray, "drag"]
 """Numbers, with the name of their unit in ``Units``."""
 
-_Found = TypeVar("_Found", "FoundDeck", "FoundFix", "FoundRun", "FoundWall")
+_Part = TypeVar("_Part", "FoundDeck", "FoundFix", "FoundRun", "FoundWall")
 
 
 @dataclass(frozen=True)
@@ -229,7 +229,7 @@ class FoundDeck:
     remarks: tuple[str, ...]  # sentences on parts that were not queried or examined
 
 
-def scaled(numbers: _Found, units: Units) -> _Found:
+def scaled(numbers: _Part, units: Units) -> _Part:
     """Return a found object with every number multiplied by its unit."""
     changed: dict[str, Any] = {}
     for name, kind in get_type_hints(type(numbers), include_extras=True).items():
