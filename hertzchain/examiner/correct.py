@@ -11,6 +11,7 @@ import re
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -350,6 +351,8 @@ class Prover:
     attempt: Try
     seconds: float  # time of the first examination
     cut_short: bool = False  # whether the time was over before all were tried
+    # By kind of check, the first changes that make it right, and something else wrong.
+    causes: dict[str, Changes] = field(default_factory=dict)
     _tried: dict[object, DeckExamination | None] = field(default_factory=dict)
     _begun: float = field(default_factory=time.monotonic)
 
@@ -374,77 +377,81 @@ class Prover:
                 self._tried[key] = None
         return self._tried[key]
 
-    def known(self, changes: Changes) -> DeckExamination | None:
-        """Return the examination of the deck with changes, if that was tried."""
-        edits = combined({}, changes)
-        return None if edits is None else self._tried.get(frozenset(edits.items()))
-
-    def proofs(
+    def proof(
         self, base: Edits, before: DeckExamination, checks: Sequence[DeckCheck], peaks: bool = True
-    ) -> Iterator[Proof]:
+    ) -> Proof | None:
         """Return edits by which some checks pass, if nothing else fails and no peak is worse."""
-        kinds = {check.kind for check in checks}
-        for check in checks:
-            for changes in check.corrections:
-                whole = combined(base, changes)
-                after = None if whole is None else self.examined(whole)
-                if whole is None or after is None:
-                    continue
-                left = [failed for failed in after.to_correct if failed.kind in kinds]
-                if left and len(checks) > 1 and len(left) < len(checks):  # others on that line
-                    yield from self.proofs(whole, before, left, peaks)
-                elif not left and is_no_worse(before, after, peaks):
-                    yield whole, after
+        kinds = kinds_of(checks)
+        for changes in (changes for check in checks for changes in check.corrections):
+            whole = combined(base, changes)
+            after = None if whole is None else self.examined(whole)
+            if whole is None or after is None:
+                continue
+            left = [failed for failed in after.to_correct if failed.kind in kinds]
+            if not left and is_no_worse(before, after, peaks):
+                return whole, after
+            if not left and not after.contents.stopped:
+                for kind in kinds:
+                    self.causes.setdefault(kind, changes)
+            if 0 < len(left) < len(checks):  # others on that line
+                proof = self.proof(whole, before, left, peaks)
+                if proof is not None:
+                    return proof
+        return None
+
+
+class Step(NamedTuple):
+    """One of the corrections in succession."""
+
+    kinds: set[str]  # of the checks that it makes right
+    edits: Edits  # that it adds
+    after: DeckExamination
+
+
+def kinds_of(checks: Iterable[DeckCheck]) -> set[str]:
+    """The kinds of some checks."""
+    return {check.kind for check in checks}
 
 
 def with_findings(prover: Prover) -> DeckExamination:
     """Return the first examination with findings by command, and proven corrections."""
-    first = prover.first
-    groups, proofs = by_command(first.to_correct), list[Proof | None]()
-    for checks in groups:
-        follows = _cause(checks, proofs) is not None
-        proofs.append(None if follows else next(prover.proofs({}, first, checks), None))
-    # A later finding may be the cause of an earlier one.
-    causes = [
-        _cause(checks, proofs) if proof is None else None
-        for checks, proof in zip(groups, proofs, strict=True)
-    ]
-    whole, steps = _together(prover)
-    if prover.cut_short:  # what is shown as right is in the fixed deck, though it was not tried
-        for proof in proofs:
-            more = {} if proof is None else proof[0]
-            if not more.keys() & whole.keys():
-                whole = {**whole, **more}
-    corrections, kinds = [], {check.kind for check in first.to_correct}
-    for checks, proof, cause in zip(groups, proofs, causes, strict=True):
+    first, (whole, steps) = prover.first, _together(prover)
+    groups, at_first = by_command(first.to_correct), kinds_of(first.to_correct)
+    owners: list[int | None] = []  # of each step, the finding that it corrects
+    for step in steps:
         # A check that fails only then belongs to the same number, such as the stiffness of the
         # wall.
-        left = {check.kind for check in (proof[1].to_correct if proof else checks)}
-        later = [added for named, added in steps if named & (left - kinds if proof else left)]
-        edits = {**(proof[0] if proof else {}), **(later[0] if later else {})}
-        corrections.append(first.corrections_of(edits) if edits and cause is None else ())
-    right = {
-        id(check): _blamed(prover, check, corrections[k])
-        for k, checks in enumerate(groups)
-        for check in checks
-    }
-
-    def with_command(check: DeckCheck) -> DeckCheck:
-        return right.get(id(check), check)
-
+        before = owners[-1] if owners and not step.kinds & at_first else None
+        owned = (k for k, checks in enumerate(groups) if kinds_of(checks) & step.kinds)
+        owners.append(next(owned, before))
+    findings: list[Finding] = []
+    causes: list[int] = []  # of each finding, itself or another one whose correction makes it right
+    for k, checks in enumerate(groups):
+        of_steps = list(zip(owners, steps, strict=True))
+        edits = {at: lines for owner, step in of_steps if owner == k
+                 for at, lines in step.edits.items()}  # fmt: skip
+        cause = next((owner for owner, step in of_steps if owner is not None and not edits
+                      and not kinds_of(checks) & kinds_of(step.after.to_correct)), k)  # fmt: skip
+        after = prover.examined(edits)
+        alone = (after is not None and is_no_worse(first, after)
+                 and not kinds_of(checks) & kinds_of(after.to_correct))  # fmt: skip
+        lines = first.corrections_of(edits)
+        blamed = tuple(_blamed(prover, check, lines) for check in checks)
+        findings.append(Finding(blamed, lines, with_others=bool(edits) and not alone))
+        causes.append(cause)
     # Findings that follow from another one are listed after it.
-    heads = [k if cause is None else cause for k, cause in enumerate(causes)]
-    order = sorted(range(len(groups)), key=lambda k: (heads[k], heads[k] != k))
-    findings = [
-        Finding(
-            tuple(map(with_command, groups[k])), corrections[k],
-            with_others=proofs[k] is None and bool(corrections[k]),
-            follows=None if heads[k] == k else order.index(heads[k]),
-        )
-        for k in order
-    ]  # fmt: skip
+    order = sorted(range(len(groups)), key=lambda k: (causes[k], causes[k] != k))
+    right = {
+        id(check): blamed
+        for checks, finding in zip(groups, findings, strict=True)
+        for check, blamed in zip(checks, finding.checks, strict=True)
+    }
     return replace(
-        first, checks=tuple(map(with_command, first.checks)), findings=tuple(findings), edits=whole,
+        first, checks=tuple(right.get(id(check), check) for check in first.checks), edits=whole,
+        findings=tuple(
+            replace(findings[k], follows=None if causes[k] == k else order.index(causes[k]))
+            for k in order
+        ),
         remarks=(*first.remarks, *[_NOT_ALL] * prover.cut_short),
     )  # fmt: skip
 
@@ -453,42 +460,23 @@ def _blamed(prover: Prover, check: DeckCheck, lines: Sequence[Correction]) -> De
     """Return a check with its proven command, at the line that a trial shows to be its cause."""
     at, commands = check.place, prover.first.contents.commands
 
-    def place_of(file: str, line: int, written: str) -> Place | None:
-        index = next((k for k, command in enumerate(commands) if command.written == written
-                      and (command.file, command.line) == (file, line)), None)  # fmt: skip
-        return None if index is None else place_at(prover.first.contents, index)
+    def place_of(key: tuple[str, int, str]) -> Place | None:
+        index = next((k for k, command in enumerate(commands) if key_of(command) == key), None)
+        return at if index is None else place_at(prover.first.contents, index)
 
+    fitting = next((line for line in lines if at and (line.file, line.line) == (at.file, at.line)),
+                   None)  # fmt: skip
     changed = [line for line in lines if line.written not in line.commands]
-    at_line = (at.file, at.line) if at else None
-    fitting = next((line for line in lines if (line.file, line.line) == at_line), None)
     if fitting is None and changed:
         fitting = changed[0]
-        at = place_of(fitting.file, fitting.line, fitting.written) or at
+        at = place_of((fitting.file, fitting.line, fitting.written))
     if fitting is not None:
         return replace(check, command="\n".join(fitting.commands), place=at)
-    for changes in check.corrections:
-        after = prover.known(changes)
-        checks = () if after is None or after.contents.stopped else after.checks
-        each = [other.passed for other in checks if other.kind == check.kind]
-        if each and all(each):
-            key = next(
-                key for key, new in changes.items() if key[2] not in new or len(changes) == 1
-            )
-            if key[2] not in changes[key]:
-                return replace(check, place=place_of(*key) or at)
+    changes = prover.causes.get(check.kind, {})
+    gone = next((key for key, new in changes.items() if key[2] not in new), None)
+    if gone is not None:
+        return replace(check, place=place_of(gone))
     return check if check.is_sure else replace(check, place=None)
-
-
-def _cause(checks: Sequence[DeckCheck], proofs: Sequence[Proof | None]) -> int | None:
-    """Return the correction of another finding that makes some checks pass, too."""
-    kinds = {check.kind for check in checks}
-    for k, proof in enumerate(proofs):
-        after = None if proof is None else proof[1]
-        if after is None or after.contents.stopped:
-            continue
-        if not kinds & {check.kind for check in after.to_correct}:
-            return k
-    return None
 
 
 def is_no_worse(before: DeckExamination, after: DeckExamination, peaks: bool = True) -> bool:
@@ -508,29 +496,24 @@ def is_no_worse(before: DeckExamination, after: DeckExamination, peaks: bool = T
     return bool(now <= was * (1 + share) + least)
 
 
-def _together(prover: Prover) -> tuple[Edits, list[tuple[set[str], Edits]]]:
+def _together(prover: Prover) -> tuple[Edits, list[Step]]:
     """Combine corrections in succession until none helps; return what each of them adds."""
     edits: Edits = {}
-    done = prover.first
-    steps: list[tuple[set[str], Edits]] = []
+    done, steps = prover.first, list[Step]()
     for peaks in (True, False):  # errors that make up for one another: only all of them help
-        tried, state, new_steps = edits, done, list[tuple[set[str], Edits]]()
-        stuck: set[str] = set()
-        for _ in range(_MOST_STEPS):
-            checks = next(
-                (group for group in by_command(state.to_correct)
-                 if not {check.kind for check in group} & stuck), None,
-            )  # fmt: skip
+        tried, state, new_steps, stuck = edits, done, list[Step](), set[str]()
+        while len(new_steps) < _MOST_STEPS:
+            groups = (g for g in by_command(state.to_correct) if not kinds_of(g) & stuck)
+            checks = next(groups, None)
             if checks is None:
                 break
-            kinds = {check.kind for check in checks}
-            proof = next(prover.proofs(tried, state, checks, peaks), None)
+            proof = prover.proof(tried, state, checks, peaks)
             if proof is None:
-                stuck |= kinds
+                stuck |= kinds_of(checks)
                 continue
             added = {at: lines for at, lines in proof[0].items() if tried.get(at) != lines}
-            new_steps.append((kinds, added))
             tried, state = proof
+            new_steps.append(Step(kinds_of(checks), added, state))
         if peaks or is_no_worse(done, state):
             edits, done = tried, state
             steps += new_steps

@@ -65,43 +65,33 @@ def contents_of(
     def places(values: FloatArray) -> FloatArray:
         return np.asarray(turned(sign * (values - origin)))
 
-    peaks = seen.peaks[int(backwards)]
-    order = granules.order
-    led = slice(None) if seen.driven[-1 if backwards else 0] else slice(0)
+    def of(source: Any, change: Callable[[Any], Any], *names: str) -> dict[str, Any]:
+        return {name: change(getattr(source, name)) for name in names}
+
+    end = -1 if backwards else 0
+    peaks, order = seen.peaks[int(backwards)], granules.order
+    led = slice(None) if seen.driven[end] else slice(0)
+    sideways = granules.position[:, 1:] - np.median(granules.position[:, 1:], axis=0)
     deck = FoundDeck(
-        version=seen.version,
-        commands=seen.commands,
-        first_run=seen.first_run,
-        before=seen.before,
+        **of(seen, lambda value: value,
+             "version", "commands", "first_run", "before", "stopped", "image_force"),
+        **of(granules, turned, "types", "radius", "mass"),
+        **of(granules, vectors, "velocity", "spin"),
+        **of(probes, turned, "overlap", "contact_force", "closing", "damped_overlap",
+             "damped_force", "tangential_force", "drag"),
         units=granules.units.name,
-        stopped=seen.stopped,
         is_chain=granules.is_chain,
         axis=_axis(granules.frame[0]),
         direction=sign * granules.frame[0],
         reversed=backwards,
         ids=turned(granules.ids[order]),
-        types=turned(granules.types),
-        origin=granules.position[-1 if backwards else 0] @ granules.frame,
+        origin=granules.position[end] @ granules.frame,
         position=places(granules.position[:, 0]),
-        sideways=turned(
-            granules.position[:, 1:] - np.median(granules.position[:, 1:], axis=0), 0
-        ),
-        radius=turned(granules.radius),
-        mass=turned(granules.mass),
-        velocity=vectors(granules.velocity),
-        spin=vectors(granules.spin),
-        overlap=turned(probes.overlap),
-        contact_force=turned(probes.contact_force),
-        closing=turned(probes.closing),
-        damped_overlap=turned(probes.damped_overlap),
-        damped_force=turned(probes.damped_force),
-        tangential_force=turned(probes.tangential_force),
+        sideways=turned(sideways, 0),
         constant_force=vectors(applied.constant),
-        drag=turned(probes.drag),
         walls=tuple(_wall(wall, backwards, origin) for wall in probes.walls),
         integrated=turned(np.where(seen.held, 0, probes.integrated)),
         image_gap=_image_gap(probes),
-        image_force=seen.image_force,
         fixes=tuple(
             replace(
                 fix,
@@ -120,8 +110,7 @@ def contents_of(
         missed_overlap=peaks.missed,
         driven=turned(seen.driven),
         driven_time=seen.driven_time[led],
-        driven_displacement=sign
-        * (seen.driven_ends[led, -1 if backwards else 0] - origin),
+        driven_displacement=sign * (seen.driven_ends[led, end] - origin),
         end_time=seen.time,
         final_position=places(seen.position),
         final_velocity=sign * turned(seen.velocity),
