@@ -95,10 +95,13 @@ _CHANGES = re.compile(
 
 _USUAL = re.compile(r"fix\s+\S+\s+\S+\s+(?:nve|nve/sphere|addforce|gravity|wall/gran\S*|move)\s")
 
+_DAMPED = r"(?:pair_coeff|fix\s+\S+\s+\S+\s+wall/gran)\s(?=.*\sdamping\s)"
 _WORDS = (
     (r"fix\s+\S+\s+\S+\s+wall/", r"\s(?:wiggle|shear)\s.*$", ""),
     (r"fix\s+\S+\s+\S+\s+addforce", r"\s+(?:every|region)\s+\S+", ""),
     (r"(?:velocity|fix\s+\S+\s+\S+\s+move)\s(?!.*units\s)", r"\s*$", " units box"),
+    (rf"{_DAMPED}(?!.*limit_damping)", r"(\sdamping\s+\S+)", r"\1 limit_damping"),
+    (rf"{_DAMPED}.*\slimit_damping", r"\s+limit_damping", ""),
 )
 """Commands, and words in them whose absence or presence is tried: pattern and replacement."""
 
@@ -157,17 +160,15 @@ def _candidates(case: Case, check: DeckCheck) -> list[int]:
     return [k for k in each if not is_of(deck, k, "needed")]
 
 
-def _trials(case: Case, check: DeckCheck) -> Iterator[Changes]:
-    """Yield changes of single commands: of words in them, then their removal."""
-    candidates = _candidates(case, check)
-    of_role = commands_of(case.deck, check.role)
-    for k in dict.fromkeys((*candidates, *reversed(of_role))):
-        where = place_at(case.deck, k)
-        for command, words, right in _WORDS:
+def _words(case: Case, candidates: Sequence[int]) -> Iterator[Changes]:
+    """Yield changes of words in all commands in which they may be wrong, and in each of them."""
+    for command, words, right in _WORDS:
+        whole: Changes = {}
+        for where in (place_at(case.deck, k) for k in candidates):
             if re.match(command, where.written):
-                yield {key_of(where): (re.sub(words, right, where.written, count=1),)}
-    for k in candidates[:_MOST_REMOVALS]:
-        yield _without(case, [k])
+                whole[key_of(where)] = (re.sub(words, right, where.written, count=1),)
+        yield whole
+        yield from ({key: lines} for key, lines in whole.items())
 
 
 # ---- Changes of single lines
@@ -293,36 +294,40 @@ _MOST_REMOVALS = 6  # commands whose removal is tried for one check (chosen)
 
 def with_trials(case: Case, check: DeckCheck) -> DeckCheck:
     """Return a failed check with the trials that may make it pass, without repetitions."""
-    if check.passed:
-        return replace(check, command="")
     distinct: list[Changes] = []
-    shocks = _pushing(case, of_time=True) if check.role == "shock" else []
-    doubled = [_without(case, [k]) for k in reversed(shocks) if len(shocks) > 1]
-    for edits in (*doubled, *check.corrections[:_MOST_REMOVALS], *trials(case, check)):
+    for edits in () if check.passed else trials(case, check):
         changes = any(lines != (where[2],) for where, lines in edits.items())
-        if edits and changes and edits not in distinct:
+        if changes and edits not in distinct:
             distinct.append(edits)
     return replace(check, command="", corrections=tuple(distinct))
 
 
 def trials(case: Case, check: DeckCheck) -> Iterator[Changes]:
-    """Yield further trials for a check: its right command, single ones, the scene's commands."""
-    where = check.place
+    """Yield trials for a check: the right number or command, single ones, the scene's commands."""
+    where, candidates = check.place, _candidates(case, check)
+    commands, replaced = _SETTINGS.get(check.role, (lambda _: None, lambda *_: []))
+    lines, old = commands(case), replaced(case, check)
+    shocks = _pushing(case, of_time=True) if check.role == "shock" else []
+    yield from (_without(case, [k]) for k in reversed(shocks) if len(shocks) > 1)
+    yield from check.corrections[:_MOST_REMOVALS]
     if where is not None and check.command:
         yield {key_of(where): (check.command, *_kept(case, where))}
     if check.kind == "damping" and (freezing := freeze_commands(case)):
         yield from _whole(case, freezing, [])
-    singles = list(_trials(case, check))
+    roles = ("contacts", "wall") if check.kind == "damping" else (check.role,)
+    of_role = [k for role in roles for k in reversed(commands_of(case.deck, role))]
+    removed = [k for k in candidates[:_MOST_REMOVALS] if not lines or [k] != old]
+    singles = *_words(case, [*dict.fromkeys((*candidates, *of_role))]), *(
+        _without(case, [k]) for k in removed
+    )  # fmt: skip
     is_formula = where is not None and where.written.startswith("variable")
     by_line = list(_BY_LINE.get(check.role, lambda *_: ())(case, check))
-    yield from (
-        (*by_line, *singles) if is_formula and len(_acting(case)) < 2 else (*singles, *by_line)
+    first, then = (
+        (by_line, singles) if is_formula and len(_acting(case)) < 2 else (singles, by_line)
     )
-    if check.role in _SETTINGS:
-        commands, replaced = _SETTINGS[check.role]
-        lines = commands(case)
-        if lines is not None:
-            yield from _whole(case, lines, replaced(case, check))
+    yield from (*first, *then)
+    if lines is not None:
+        yield from _whole(case, lines, old)
 
 
 # ---- Proofs
@@ -403,7 +408,7 @@ class Prover:
 class Step(NamedTuple):
     """One of the corrections in succession."""
 
-    kinds: set[str]  # of the checks that it makes right
+    checks: Sequence[DeckCheck]  # that it makes right
     edits: Edits  # that it adds
     after: DeckExamination
 
@@ -416,21 +421,22 @@ def kinds_of(checks: Iterable[DeckCheck]) -> set[str]:
 def with_findings(prover: Prover) -> DeckExamination:
     """Return the first examination with findings by command, and proven corrections."""
     first, (whole, steps) = prover.first, _together(prover)
-    groups, at_first = by_command(first.to_correct), kinds_of(first.to_correct)
-    owners: list[int | None] = []  # of each step, the finding that it corrects
+    at_first, groups = kinds_of(first.to_correct), by_command(first.to_correct)
+    of_steps: list[tuple[int, Step]] = []  # with the finding that each corrects
     for step in steps:
-        # A check that fails only then belongs to the same number, such as the stiffness of the
-        # wall.
-        before = owners[-1] if owners and not step.kinds & at_first else None
-        owned = (k for k, checks in enumerate(groups) if kinds_of(checks) & step.kinds)
-        owners.append(next(owned, before))
+        if not kinds_of(step.checks) & at_first and step.checks[0].role == "motion":
+            groups.append(list(step.checks))  # something else acts, too
+        # Another check that fails only then belongs to the same number, such as the stiffness of
+        # the wall.
+        owned = (k for k, checks in enumerate(groups) if kinds_of(checks) & kinds_of(step.checks))
+        of_steps.append((next(owned, of_steps[-1][0] if of_steps else 0), step))
+    later = [check for checks in groups for check in checks if check.kind not in at_first]
     findings: list[Finding] = []
     causes: list[int] = []  # of each finding, itself or another one whose correction makes it right
     for k, checks in enumerate(groups):
-        of_steps = list(zip(owners, steps, strict=True))
         edits = {at: lines for owner, step in of_steps if owner == k
                  for at, lines in step.edits.items()}  # fmt: skip
-        cause = next((owner for owner, step in of_steps if owner is not None and not edits
+        cause = next((owner for owner, step in of_steps if not edits
                       and not kinds_of(checks) & kinds_of(step.after.to_correct)), k)  # fmt: skip
         after = prover.examined(edits)
         alone = (after is not None and is_no_worse(first, after)
@@ -446,8 +452,9 @@ def with_findings(prover: Prover) -> DeckExamination:
         for checks, finding in zip(groups, findings, strict=True)
         for check, blamed in zip(checks, finding.checks, strict=True)
     }
+    shown = (*first.checks[:-1], *later, first.checks[-1])
     return replace(
-        first, checks=tuple(right.get(id(check), check) for check in first.checks), edits=whole,
+        first, checks=tuple(right.get(id(check), check) for check in shown), edits=whole,
         findings=tuple(
             replace(findings[k], follows=None if causes[k] == k else order.index(causes[k]))
             for k in order
@@ -513,7 +520,7 @@ def _together(prover: Prover) -> tuple[Edits, list[Step]]:
                 continue
             added = {at: lines for at, lines in proof[0].items() if tried.get(at) != lines}
             tried, state = proof
-            new_steps.append(Step(kinds_of(checks), added, state))
+            new_steps.append(Step(checks, added, state))
         if peaks or is_no_worse(done, state):
             edits, done = tried, state
             steps += new_steps

@@ -21,13 +21,10 @@ from hertzchain.examiner.measured import (
     Twin,
     TwinRun,
     change_of_peaks,
-    damping_of,
-    far_wall,
     length,
     run_twin,
-    stretches_of,
 )
-from hertzchain.examiner.places import Changes, Place, changes_in_time
+from hertzchain.examiner.places import Changes, Place, formula_of, place_at
 from hertzchain.limits import Deadline
 from hertzchain.observables.peaks import judged_contacts
 from hertzchain.observables.result import Result, context_of
@@ -161,58 +158,6 @@ class Case:
         return np.logical_and(self.passed, judged_contacts(self.peaks))
 
     @cached_property
-    def motion(self) -> TwinRun:
-        """The motion that follows from all numbers of the deck that a twin can have."""
-        deck, twin = self.deck, self.twin
-        stiffness, exponent, opening = (
-            np.array(numbers) for numbers in (twin.stiffness, twin.exponent, twin.opening)
-        )
-        for k, law in enumerate(self.laws):
-            stiffness[k], exponent[k] = law.stiffness, law.exponent
-        # The start of contacts depends on the radii, which may differ from the scene's.
-        touching = deck.radius[:-1] + deck.radius[1:]
-        size = min(opening.size, touching.size)
-        opening[:size] = (np.diff(deck.position) - touching)[:size]
-        wall = far_wall(deck)
-        if self.scene.wall is not None and wall is not None:
-            opening[-1] = wall.position - float(deck.position[-1]) - float(deck.radius[-1])
-        elif self.scene.wall is not None:
-            stiffness[-1] = 0.0
-        pushed = np.flatnonzero(np.max(np.abs(deck.applied_force), axis=0, initial=0.0) > 0)
-        pushed = pushed if pushed.size else np.zeros(1, np.intp)
-        whole = twin._replace(
-            mass=np.where(deck.integrated == 0, math.inf, deck.mass),
-            velocity=np.ascontiguousarray(deck.velocity[:, 0]),
-            constant_force=np.ascontiguousarray(deck.constant_force[:, 0]),
-            drag=np.nan_to_num(deck.drag),
-            stiffness=stiffness,
-            exponent=exponent,
-            opening=opening,
-            pushed=pushed,
-            **damping_of(deck, self.scene),
-        )
-        driven = bool(deck.driven[0]) and deck.driven_time.size > 0
-        stretches = stretches_of(deck, self.scene, self.start, pushed, driven)
-        return run_twin(whole, stretches, self.deadline)
-
-    @cached_property
-    def followed(self) -> NDArray[np.bool_]:
-        """Judged contacts whose force in that motion is above round-off."""
-        force = self.motion.peak_force
-        pressed = force > ROUND_OFF * np.max(self.peaks)  # NaN is not
-        size = min(self.deck.peak_force.size, force.size)
-        both = judged_contacts(force) & pressed & self.judged
-        return np.asarray(both & (np.arange(both.size) < size))
-
-    @cached_property
-    def residual(self) -> float:
-        """Change of the deck's peaks by all that no twin (velocity Verlet on a line) can have."""
-        alike = self.deck.mass.size == self.twin.mass.size
-        if self.exact or self.deck.stopped or not alike or not np.any(self.followed):
-            return self.whole_effect
-        return change_of_peaks(self.deck.peak_force, self.motion.peak_force, self.followed)
-
-    @property
     def whole_effect(self) -> float:
         """Error of the deck's own peaks."""
         return change_of_peaks(self.deck.peak_force, self.peaks, self.judged)
@@ -233,7 +178,7 @@ class Case:
 
     def is_of_time(self, index: int) -> bool:
         """Whether a command has a variable that changes in time."""
-        return changes_in_time(self.deck, index)
+        return formula_of(self.deck, place_at(self.deck, index)).index != index
 
     def contact_name(self, indices: Indices | int, size: int | None = None) -> str:
         """Contacts, counted from 0 in the deck, by the scene's numbers; a wall by its name.

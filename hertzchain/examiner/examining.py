@@ -220,12 +220,13 @@ def case_of_generated(scene: Scene, deck: FoundDeck, deadline: Deadline) -> Case
         applied[:, pushed] += constant[pushed, 0]
         constant[pushed, 0] = 0.0
         deck = replace(deck, constant_force=constant, applied_force=applied)
-    none, size = np.zeros(twin.mass.size), twin.stiffness.size
+    size = twin.stiffness.size
     near = np.full(size, _OVERLAP_RATIO * DEPTH * float(np.min(scene.granules.radius)))
     return Case(
         scene, deck, UNITS["si"], 0.0, np.zeros(size), np.zeros(size, bool), near,
         laws(deck, scene, near), twin, stretches_of(deck, scene, 0.0),
-        TwinRun(np.zeros(size), np.inf, np.inf, none, none), EXAMINED, deadline, exact=True,
+        TwinRun(np.zeros(size), np.inf, np.inf, 0.0 * twin.velocity), EXAMINED, deadline,
+        exact=True,
     )  # fmt: skip
 
 

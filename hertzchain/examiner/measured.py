@@ -67,8 +67,7 @@ class TwinRun:
     peak_force: FloatArray  # (contacts,)
     backwards: float
     forwards: float
-    displacement: FloatArray  # (granules,), at the end
-    velocity: FloatArray
+    velocity: FloatArray  # (granules,), at the end
 
 
 def twin_of(scene: Scene) -> Twin:
@@ -111,12 +110,12 @@ def run_twin(twin: Twin, stretches: Iterable[Stretch], deadline: Deadline) -> Tw
         for _, states in run:
             if not np.all(np.isfinite(states[:, -1])):
                 none = np.full(contacts, np.nan)
-                return TwinRun(none, backwards, forwards, walk.u[:-1], walk.v[:-1])
+                return TwinRun(none, backwards, forwards, walk.v[:-1])
             seen = np.concatenate([before, states[3, :, :contacts]])
             force, before = np.maximum(force, _highest(seen)), seen[-2:-1]
             backwards = max(backwards, float(-np.min(states[0, :, 0])))
             forwards = max(forwards, float(np.max(states[0, :, -1])))
-    return TwinRun(force, backwards, forwards, walk.u[:-1], walk.v[:-1])
+    return TwinRun(force, backwards, forwards, walk.v[:-1])
 
 
 def _highest(force: FloatArray) -> FloatArray:

@@ -143,11 +143,6 @@ def formula_of(deck: FoundDeck, where: Place) -> Place:
     return where
 
 
-def changes_in_time(deck: FoundDeck, index: int) -> bool:
-    """Whether a command has a variable that changes in time."""
-    return formula_of(deck, place_at(deck, index)).index != index
-
-
 def place_at(deck: FoundDeck, index: int) -> Place:
     """The line of a command."""
     command = deck.commands[index]

@@ -62,7 +62,9 @@ HARMLESS = 0.1  # of the tolerance: what changes no peak by more gets a remark (
 _PROFILE_MISFIT = 1e-3  # fraction of the largest force: another size, but the same profile (chosen)
 _BENT = 0.01  # of the force at other overlaps than the largest expected (chosen)
 _DAMPING_IN_ROUNDINGS = 1e4  # times the rounding error, above which damping is wrong (chosen)
-_FIT_MISFIT = 1e-2  # of the largest effect of a failed check: what fitting its law misses (chosen)
+_EXPLAINED_SHARE = (
+    0.5  # of the peaks' error: numbers that change them by as much explain it (chosen)
+)
 _LATE = 0.02  # fraction of the largest: late collisions amplify differences of digits (chosen)
 _MISSED = 0.1  # fraction of the largest overlap: contacts that act later are missed (chosen)
 _UNMIXED_SINCE = "2023"  # older LAMMPS mixes E and nu of a wall with themselves (measured: 2022)
@@ -89,7 +91,7 @@ class Numbers:
     digits: ArrayLike | None = None
     # Numbers of the twin that the deck's replace: the change of its peaks is the effect.
     twin: Callable[[Indices], Mapping[str, Any]] | None = None
-    effect: float | None = None  # without such numbers; by default that of all that no twin has
+    effect: float | None = None  # without such numbers; by default that of all
     # Pairs of the wrong and the right number as a line may contain them, in the deck's units.
     stands: Callable[[int], Pairs] = lambda _: ()
     at: Callable[[int], int | None] | int | None = None  # the command that LAMMPS shows to act
@@ -115,7 +117,6 @@ class Probe:
     compare: Callable[[Case], Numbers | None]  # None if it does not apply
     reason: str = ""  # why no difference is allowed, or what is compared
     each: str = ""  # name of a difference, with ``{granules}`` or ``{contacts}``; or ``name``
-    explains: bool = False  # whether no twin can have it: it explains any motion of the deck
 
     def name_of(self, case: Case, alike: Indices) -> str:
         """The name of a difference at some granules or contacts."""
@@ -183,7 +184,7 @@ def _difference(
     if numbers.twin is not None:
         effect = 0.0 if case.exact else case.effect(**numbers.twin(alike))
     elif effect is None:
-        effect = case.residual
+        effect = case.whole_effect
     reason = numbers.reason or (probe.reason if math.isnan(digits) else case.reason(digits))
     if math.isnan(digits):
         passed = effect <= HARMLESS * case.tolerance and not case.exact and not case.strict
@@ -435,7 +436,7 @@ def _velocity_across(case: Case) -> Numbers:
     tilt = _tilt(case, min(side * case.deck.end_time, radius))  # at the end: peaks come before
     return Numbers(
         side, 0.0, room=case.least(ROUND_OFF) * _fastest(case),
-        effect=min(tilt, case.residual), stands=lambda _: [(side / case.units.velocity, 0.0)],
+        effect=min(tilt, case.whole_effect), stands=lambda _: [(side / case.units.velocity, 0.0)],
     )  # fmt: skip
 
 
@@ -1149,43 +1150,32 @@ def _missed(case: Case) -> Numbers | None:
 
 
 def _motion(case: Case) -> Numbers | None:
-    """The deck's peaks against those that its numbers give."""
-    run, contacts = case.motion, np.flatnonzero(case.followed)
-    if contacts.size == 0 or not np.all(np.isfinite(run.peak_force)):
+    """The deck's peaks against the scene's, which its other numbers do not explain."""
+    contacts = np.flatnonzero(case.judged[: case.deck.peak_force.size])
+    measured, expected = case.deck.peak_force[contacts], case.peaks[contacts]
+    if contacts.size == 0:
         return None
-    measured, expected = case.deck.peak_force[contacts], run.peak_force[contacts]
     k = int(np.argmax(np.nan_to_num(np.abs(measured / expected - 1), nan=np.inf)))
     who = case.contact_name(int(contacts[k]))
     return Numbers(
         measured, expected, expected, case.tolerance + case.deck.peak_reading_error,
-        effect=case.residual, name="motion, by the peaks",
-        sentence=f"the peak of {who} is {measured[k]:.5g} N, the numbers of the deck make"
-        f" {expected[k]:.5g} N: the motion differs from that of the forces read at its start",
+        name="motion, by the peaks",
+        sentence=f"the peak of {who} {values(measured[k], expected[k], 'N')}:"
+        " the motion differs from that of the forces read at its start",
     )  # fmt: skip
 
 
 def _final(case: Case) -> Numbers | None:
-    """Velocities and places at the end: an equal change of all granules changes no peak."""
-    run, deck, natural = case.motion, case.deck, case.scene.units
-    halted = any(fix.style == "halt" for fix in deck.fixes)  # a reading at its end is missing
-    if halted or not np.all(np.isfinite(run.velocity)):
+    """Velocities at the end: an equal change of all granules changes no peak."""
+    expected, measured = case.expected.velocity, case.deck.final_velocity
+    halted = any(fix.style == "halt" for fix in case.deck.fixes)  # a reading at its end is missing
+    if halted or not np.all(np.isfinite(expected)):
         return None
-    moved = deck.final_position - deck.position
-    both = (
-        ("velocities", "velocity", "m/s", deck.final_velocity, run.velocity, natural.velocity),
-        ("places", "displacement", "m", moved, run.displacement, natural.length),
-    )
-    rooms = [_LATE * max(float(np.max(np.abs(each[4]))), ROUND_OFF * each[5]) for each in both]
-    off = [~np.all(np.abs(each[3] - each[4]) <= room)
-           for each, room in zip(both, rooms, strict=True)]  # fmt: skip
-    name, what, unit, measured, expected, _ = both[int(np.argmax(off))]
+    natural = case.scene.units.velocity
     return Numbers(
-        measured, expected, room=rooms[int(np.argmax(off))], unit=unit,
-        name=f"motion, by {name} at the end",
-        sentence=lambda k: f"the {what} of {case.granule_name(k)} at the end is"
-        f" {(f' {unit}, the numbers of the deck make ').join(apart(measured[k], expected[k]))}"
-        f" {unit}",
-        reason=f"velocity Verlet with the deck's own numbers; allowed is {_LATE:g} of the largest",
+        measured, expected, room=_LATE * max(float(np.max(np.abs(expected))), ROUND_OFF * natural),
+        sentence=lambda k: f"the velocity of {case.granule_name(k)} at the end"
+        f" {values(measured[k], expected[k], 'm/s')}",
     )  # fmt: skip
 
 
@@ -1193,56 +1183,53 @@ def _final(case: Case) -> Numbers | None:
 
 _NONE = "the scene has no such force"
 _GRANULES = (
-    Probe("number of granules", "", "granules", _count, "counts must be equal", explains=True),
+    Probe("number of granules", "", "granules", _count, "counts must be equal"),
     Probe("radius", "m", "radius", _radius, each="radius of {granules}"),
     Probe("mass", "kg", "mass", _mass, each="mass of {granules}"),
     Probe("place of granules", "m", "place", _place),
     Probe("distance of neighbours", "m", "place", _distance),
     Probe("place of the wall", "m", "wall", _wall_place),
-    Probe("distance from the axis", "m", "place", _off_axis, explains=True),
+    Probe("distance from the axis", "m", "place", _off_axis),
     Probe("velocity at the start", "m/s", "velocity", _velocity,
           "a striker alone moves at the start"),
     Probe("velocity across the chain", "m/s", "velocity", _velocity_across,
-          "a striker alone moves at the start", explains=True),
+          "a striker alone moves at the start"),
     Probe("spin at the start", "1/s", "spin", _spin,
-          "the scene has no spin; with friction it pushes granules off the axis", explains=True),
+          "the scene has no spin; with friction it pushes granules off the axis"),
 )  # fmt: skip
 _CONTACTS = (
     Probe("force of the contacts", "N m^-1.5", "contacts", _missing,
-          "contacts must push by Hertz's law", "force of {contacts}", explains=True),
+          "contacts must push by Hertz's law", "force of {contacts}"),
     Probe("exponent of the contact law", "", "contacts", _exponent,
           f"chosen: an exponent may be off by {EXPONENT}, no other law is as close",
           "exponent of {contacts}"),
     Probe("stiffness of the contacts", "N m^-1.5", "contacts", _stiffness,
           each="stiffness of {contacts}"),
-    Probe("force at other overlaps", "", "contacts", _elsewhere, explains=True),
-    Probe("contacts across the box", "N", "image", _image, "the chain of the scene has two ends",
-          explains=True),
+    Probe("force at other overlaps", "", "contacts", _elsewhere),
+    Probe("contacts across the box", "N", "image", _image, "the chain of the scene has two ends"),
     Probe("wall", "", "wall", _wall, "counts must be equal"),
-    Probe("wall at an end", "", "wall", _extra_walls, explains=True),
+    Probe("wall at an end", "", "wall", _extra_walls),
     Probe("damping", "N", "contacts", _damping,
           "forces of approaching and parting granules; a scene without damping has none"),
     Probe("friction", "N", "contacts", _friction,
-          "sideways forces and torques over radius when granules spin, of the contact force",
-          explains=True),
+          "sideways forces and torques over radius when granules spin, of the contact force"),
 )  # fmt: skip
 _FORCES = (
     Probe("constant force", "N", "constant force", _constant, "the scene has no constant force",
           "constant force on {granules}"),
     Probe("constant force across the chain", "N", "constant force", _constant_across,
-          "the scene has no force across the chain", explains=True),
+          "the scene has no force across the chain"),
     Probe("drag", "N s/m", "drag", _drag, "a force against a velocity: the scene has none"),
-    Probe("random forces", "", "random", _random, _NONE, explains=True),
+    Probe("random forces", "", "random", _random, _NONE),
     Probe("applied force across the chain", "N", "shock", _across,
-          "the scene pushes along the chain", explains=True),
+          "the scene pushes along the chain"),
     Probe("granules that are pushed", "", "shock", _others,
           "granule 1 is the first of the chain, and the scene pushes one granule"),
     Probe("applied force", "N", "shock", _shock, "the shock of the scene"),
-    Probe("driven granules", "", "piston", _driven, "counts must be equal", explains=True),
+    Probe("driven granules", "", "piston", _driven, "counts must be equal"),
     Probe("displacement of the piston", "m", "piston", _piston),
 )  # fmt: skip
-_INTEGRATORS = Probe("integrators", "", "motion", _integrators, "counts must be equal",
-                     explains=True)  # fmt: skip
+_INTEGRATORS = Probe("integrators", "", "motion", _integrators, "counts must be equal")  # fmt: skip
 _RUNS = (
     Probe("time step", "s", "timestep", _step,
           "the error of velocity Verlet with the numbers of the scene and the steps of the deck"
@@ -1250,17 +1237,14 @@ _RUNS = (
     Probe("end of the run", "s", "run", _end, _SEEN),
     _INTEGRATORS,
     Probe("neighbours", "m", "neighbours", _missed,
-          f"overlaps without a force while the deck ran; chosen: {_MISSED:g} of those expected",
-          explains=True),
+          f"overlaps without a force while the deck ran; chosen: {_MISSED:g} of those expected"),
 )  # fmt: skip
-_IN_MOTION = Probe("force of the motion", "N", "motion", _in_motion, _NONE, explains=True)
-_MOTION = (
-    Probe("motion", "N", "motion", _motion,
-          "velocity Verlet with the deck's own numbers and steps; allowed is the tolerance"
-          " and what the readings cost"),
-    Probe("motion at the end", "m/s", "motion", _final),
-)  # fmt: skip
-_UNTRIED = Probe("contacts", "", "granules", _untried, "its granules are in no row", explains=True)
+_IN_MOTION = Probe("force of the motion", "N", "motion", _in_motion, _NONE)
+_MOTION = Probe("motion", "N", "motion", _motion,
+                "allowed is the tolerance and what the readings cost")  # fmt: skip
+_AT_END = Probe("motion, by velocities at the end", "m/s", "motion", _final,
+                f"allowed is {_LATE:g} of the largest, with the deck's steps")  # fmt: skip
+_UNTRIED = Probe("contacts", "", "granules", _untried, "its granules are in no row")
 """The probe in place of all of contacts if no contact was probed."""
 
 
@@ -1275,23 +1259,16 @@ def probes_of(case: Case) -> tuple[Probe, ...]:
 
 
 def all_checks(case: Case) -> list[DeckCheck]:
-    """The checks of all probes, then of the motion that follows from them."""
-    by_probe = [(probe, check) for probe in probes_of(case) for check in checks_of(case, probe)]
-    checks = [check for _, check in by_probe]
-    if case.deck.stopped:
+    """The checks of all probes, and of the motion where these do not explain the peaks."""
+    probes = [*probes_of(case), *[_IN_MOTION] * (not case.deck.stopped)]
+    checks = [check for probe in probes for check in checks_of(case, probe)]
+    explained = sum(check.effect or 0.0 for check in checks if check.differs)
+    if case.deck.stopped or explained >= _EXPLAINED_SHARE * case.whole_effect > 0:
         return checks
-    acting = checks_of(case, _IN_MOTION)
-    if any(probe.explains and not check.passed and check.effect != 0 for probe, check in by_probe):
-        return [*checks, *acting]
-    if acting and acting[0].differs:  # these act on the motion
-        return [*checks, *acting]
-    effects = max((check.effect or 0.0 for check in checks if not check.passed), default=0.0)
-    allowed = case.tolerance + case.deck.peak_reading_error + _FIT_MISFIT * effects
-    peaks = [check for check in checks_of(case, _MOTION[0])
-             if check.passed or not (check.effect or 0.0) <= allowed]  # fmt: skip
-    if any(not check.passed for check in peaks):
-        return [*checks, *peaks]
-    return [*checks, *peaks, *(check for check in checks_of(case, _MOTION[1]) if check.differs)]
+    checks += checks_of(case, _MOTION)
+    if any(check.differs for check in checks):
+        return checks
+    return [*checks, *(check for check in checks_of(case, _AT_END) if check.differs)]
 
 
 def peaks_check(case: Case) -> DeckCheck:

@@ -9,12 +9,19 @@ import numpy as np
 
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps.deck import force_formula
+from hertzchain.engines.lammps.dialect import (
+    NO_FRICTION,
+    WITHOUT_ATTRACTION,
+    damping_number,
+    damping_of,
+)
 from hertzchain.engines.lammps.reading.contents import FoundDeck
 from hertzchain.examiner.examined import Case
 from hertzchain.scene.ramp import Ramp
 
 _MOST_LINES = 64  # commands that a correction may add, one for each granule (chosen)
 _MOST_ROWS = 40  # most rows of a table that are written as one formula (chosen)
+_LIMITED_SINCE = "20220804"  # first version whose damping the scene's corrections limit
 _MODULUS_DIFFERENCE = 1e-9  # relative difference of moduli up to which granules are of one material
 
 
@@ -128,17 +135,13 @@ def damping_words(case: Case, k: int, version: str) -> tuple[str, str]:
         return "0.0", ""
     if k == granules.mass.size - 1:
         contact = contact.at(case.scene.wall)
-    limit = "" if contact.attraction or version < "20220804" else " limit_damping"
-    if contact.restitution is not None:
-        return in_text(contact.restitution), f" damping coeff_restitution{limit}"
-    if contact.damping == "viscoelastic":
-        rate = 2 * contact.parameter * case.reduced_modulus(k)
-        mass = float(granules.contact_mass[min(k, granules.contact_mass.size - 1)])
-        return in_text(rate / mass * unit.length * unit.time), f" damping viscoelastic{limit}"
-    return in_text(contact.parameter / unit.mass * unit.time), f" damping velocity{limit}"
-
-
-_NO_FRICTION = "tangential linear_nohistory 0.0 0.0"
+    normal, masses = 4 / 3 * case.reduced_modulus(k), granules.contact_mass
+    number = damping_number(contact, normal, float(masses[min(k, masses.size - 1)]))
+    units = {"viscoelastic": unit.length * unit.time, "dashpot": unit.time / unit.mass}
+    words = damping_of(contact)[1].replace("${damping}", "coeff_restitution")
+    if version < _LIMITED_SINCE:
+        words = words.removesuffix(f" {WITHOUT_ATTRACTION}")
+    return in_text(number * units.get(contact.damping, 1.0)), f" {words}"
 
 
 def law_commands(case: Case) -> list[str] | None:
@@ -159,7 +162,7 @@ def law_commands(case: Case) -> list[str] | None:
     if len(set(coefficients.values())) == 1:
         normal, eta, words = next(iter(coefficients.values()))
         law = f"hertz {in_text(normal)} {eta}"
-        return ["pair_style granular", f"pair_coeff * * {law} {_NO_FRICTION}{words}"]
+        return ["pair_style granular", f"pair_coeff * * {law} {NO_FRICTION}{words}"]
     lines = ["pair_style granular"]
     kinds = range(1, max(high for _, high in coefficients) + 1)
     # Pairs that never touch need coefficients, too.
@@ -167,7 +170,7 @@ def law_commands(case: Case) -> list[str] | None:
     for pair in itertools.combinations_with_replacement(kinds, 2):
         normal, eta, words = coefficients.get(pair, others)
         lines.append(
-            f"pair_coeff {pair[0]} {pair[1]} hertz {in_text(normal)} {eta} {_NO_FRICTION}{words}"
+            f"pair_coeff {pair[0]} {pair[1]} hertz {in_text(normal)} {eta} {NO_FRICTION}{words}"
         )
     return lines
 
@@ -193,7 +196,7 @@ def wall_commands(case: Case) -> list[str] | None:
     if scene.contact is None:  # a wall without damping needs a number for it in some versions
         eta, words = "1e-300", " damping velocity"
     name = _unused(deck, "fix", "wall")
-    law = f"hertz {normal} {eta} {_NO_FRICTION}{words}"
+    law = f"hertz {normal} {eta} {NO_FRICTION}{words}"
     return [f"fix {name} all wall/gran granular {law} {deck.axis}plane {side}"]
 
 

@@ -17,7 +17,7 @@ import numpy as np
 
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.external.terms import wall_position
-from hertzchain.engines.lammps.dialect import NO_FRICTION, damping_of
+from hertzchain.engines.lammps.dialect import NO_FRICTION, damping_number, damping_of
 from hertzchain.engines.lammps.dialect import hertz as hertz_law
 from hertzchain.engines.native.backend import Native
 from hertzchain.engines.native.equations import hertz, net_force
@@ -25,10 +25,8 @@ from hertzchain.errors import RunFailed, SceneError
 from hertzchain.known.deck import plain
 from hertzchain.limits import RTOL
 from hertzchain.observables.samples import DampedLaw
-from hertzchain.scene.chain import Chain
 from hertzchain.scene.scene import Scene, refuse_terms
 from hertzchain.scene.shocks import Striker
-from hertzchain.scene.terms import Contact
 
 STEP = 0.05  # natural time units: a wave passes a granule in about fifty steps
 
@@ -217,6 +215,7 @@ def _difference(measured: FloatArray, expected: FloatArray) -> float:
 def unit_test(motion: KnownMotion, title: str, date: str) -> str:
     """Return the YAML file of a test; the title names its source in a few words."""
     chain, contact, start = motion.scene.chain, motion.scene.contact, motion.start
+    damping = motion.scene.granules.damping
     granules, room = start.position.size, 4 * chain.radius
     low, high = float(start.position[0]) - room, float(start.position[-1]) + room
     build = [
@@ -244,10 +243,12 @@ def unit_test(motion: KnownMotion, title: str, date: str) -> str:
         "dt": motion.dt,
     }
     law, more = f"{hertz_law('${emod}', '${poisson}')} {NO_FRICTION}", []
-    if contact is not None:
-        variables["damp"], words = _damping(contact, chain)
+    if contact is not None and damping is not None:
+        modulus = 2 * chain.young_modulus / (3 * (1 - chain.poisson_ratio**2))
+        variables["damp"] = damping_number(contact, modulus, chain.granule_mass / 2)
+        words = damping_of(contact)[1].replace("${damping}", "coeff_restitution")
         law = f"hertz/material ${{emod}} ${{damp}} ${{poisson}} {NO_FRICTION} {words}"
-        q, c = contact.exponent, _coefficient(contact, chain)
+        q, c = contact.exponent, float(damping[0])
         more = [
             "# Contacts are damped: c overlap^q rate more, with the rate of half a step before,",
             f"# q = {q:g}, c = {c!r} N s/m^{1 + q:g}.",
@@ -291,24 +292,6 @@ def unit_test(motion: KnownMotion, title: str, date: str) -> str:
         "...",
     ]
     return "\n".join(lines) + "\n"
-
-
-def _damping(contact: Contact, chain: Chain) -> tuple[float, str]:
-    """Return the second number of the normal law, and the words after the tangential law."""
-    number, words = damping_of(contact)
-    if contact.restitution is not None:
-        return contact.restitution, words.replace("${damping}", "coeff_restitution")
-    if contact.damping != "viscoelastic":
-        return float(number), words
-    # c = 3/2 A tau is g m* sqrt(R*), with m* half the mass and R* half the radius.
-    mass, radius = chain.granule_mass / 2, chain.radius / 2
-    return _coefficient(contact, chain) / (mass * math.sqrt(radius)), words
-
-
-def _coefficient(contact: Contact, chain: Chain) -> float:
-    """Return c of a contact [N s m^-(1+q)]."""
-    stiffness, mass = (np.array([x]) for x in (chain.contact_stiffness, chain.granule_mass / 2))
-    return float(contact.coefficients(stiffness, mass)[0])
 
 
 def _block(key: str, lines: Iterable[str]) -> list[str]:

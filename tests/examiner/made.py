@@ -144,7 +144,6 @@ def found(scene: hc.Scene, commands: Sequence[str] = COMMANDS) -> FoundDeck:
         driven_time=driven_time,
         driven_displacement=(moved or 0.0) * driven_time,
         end_time=dt * steps,
-        final_position=place + result.displacement,
         final_velocity=result.velocity,
         remarks=(),
     )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 
 import numpy as np
@@ -11,13 +10,11 @@ import pytest
 import hertzchain as hc
 from hertzchain.engines.lammps.reading.contents import Executed, FoundDeck, FoundRun
 from hertzchain.engines.lammps.reading.probing import DAMPED, DEPTHS
-from hertzchain.errors import RunFailed
 from hertzchain.examiner import examined as of_case
 from hertzchain.examiner import measured, probes
-from hertzchain.examiner.examined import ACTS, Case
+from hertzchain.examiner.examined import Case
 from hertzchain.examiner.examining import case_of
 from hertzchain.examiner.measured import law_of
-from hertzchain.examiner.right_commands import wall_plane
 from hertzchain.limits import Deadline
 from tests.examiner.corpus import scene_of
 from tests.examiner.made import (
@@ -27,12 +24,11 @@ from tests.examiner.made import (
     changed,
     deck_of,
     examined,
-    in_texts,
     plus,
     times,
 )
 from tests.examiner.made import found as made_found
-from tests.examiner.test_corrections import OF_NUMBERS, held_for_fifty_steps
+from tests.examiner.test_corrections import held_for_fifty_steps
 
 
 def test_units_of_lj(scene: hc.Scene, right: FoundDeck) -> None:
@@ -40,7 +36,7 @@ def test_units_of_lj(scene: hc.Scene, right: FoundDeck) -> None:
     length, mass, time = 2e-3, 3e-3, 5e-6
     force = mass * length / time**2
     per = {
-        length: ("position", "radius", "overlap", "damped_overlap", "final_position"),
+        length: ("position", "radius", "overlap", "damped_overlap"),
         mass: ("mass",),
         time: ("applied_time", "end_time"),
         force: ("contact_force", "damped_force", "applied_force", "peak_force"),
@@ -75,14 +71,6 @@ def test_the_law_of_a_contact(force: list[float], stiffness: float, exponent: fl
         assert (law.stiffness, law.exponent) == pytest.approx((stiffness, exponent), rel=1e-14)
 
 
-def test_lj_units_of_contacts_that_do_not_push(scene: hc.Scene, right: FoundDeck) -> None:
-    open_one = times("contact_force", 0.0, (..., 4))(changed(right, units="lj"))
-    assert measured.in_si(open_one, scene)[1].length == pytest.approx(1.0, rel=1e-12)
-    still = changed(right, units="lj", contact_force=0 * right.contact_force)
-    with pytest.raises(RunFailed, match="no contact of this deck pushes"):
-        measured.in_si(still, scene)
-
-
 def two_runs(deck: FoundDeck, start: float) -> FoundDeck:
     """A deck that runs before its shock: all that happens comes later."""
     (run,) = deck.runs
@@ -107,33 +95,6 @@ def test_a_shock_begins_with_the_run_that_fits(
     # One of another shape begins at the nearest run.
     begun = measured.start_of_shock(changed(deck, applied_force=force**2 / 100), scene)
     assert begun == min(start, 200 * STEP)
-
-
-@pytest.mark.parametrize(
-    ("start", "factor", "begun"),
-    [
-        # A start within a fiftieth of a step of one is that.
-        (230 + 0.02 / 3, 1.0, 230.0), (230.06, 1.0, 230.06),
-        # A force that is off by a hundredth may begin between runs, one that is off by more not.
-        (230.0, 1 + 0.01 / 3, 230.0), (230.0, 1.03, 200.0),
-    ],
-)  # fmt: skip
-def test_both_sides_of_a_start_between_runs(
-    start: float, factor: float, begun: float, scene: hc.Scene, right: FoundDeck
-) -> None:
-    deck = two_runs(right, 200 * STEP)
-    moved = factor * scene.applied_force(deck.applied_time - start * STEP)
-    force = np.where(np.arange(20) == 0, moved[:, np.newaxis], 0.0)
-    begin = measured.start_of_shock(changed(deck, applied_force=force), scene)
-    assert begin / STEP == pytest.approx(begun, abs=3e-3)
-
-
-def test_the_start_of_a_force_that_is_none(scene: hc.Scene, right: FoundDeck) -> None:
-    deck = two_runs(right, 200 * STEP)
-    none = changed(deck, applied_force=0 * deck.applied_force)
-    assert measured.start_of_shock(none, scene) == 0.0
-    empty = changed(right, applied_time=np.zeros(0), applied_force=np.zeros((0, 20)))
-    assert measured.start_of_shock(empty, scene) == 0.0
 
 
 @pytest.mark.parametrize(
@@ -177,27 +138,6 @@ def test_a_force_that_stays_is_a_load(name: str, until: float, is_load: bool) ->
     assert loaded.applied_force == pytest.approx(force - load)
 
 
-@pytest.mark.parametrize(("noise", "is_load"), [(1 / 3, True), (3.0, False)])
-def test_a_load_changes_by_round_off_alone(
-    noise: float, is_load: bool, scene: hc.Scene, right: FoundDeck
-) -> None:
-    """By a billionth of the largest force, whatever a granule feels that is not pushed at all."""
-    force = np.where(np.arange(20) == 2, 3.0, 0.0) * np.ones(right.applied_force.shape)
-    force[1::2, 2] *= 1 + noise * 1e-9
-    loaded = measured.with_loads(changed(right, applied_force=force), scene)
-    assert loaded.constant_force[2, 0] == 3.0 * is_load
-
-
-def test_a_load_of_a_scene_with_loads_is_there_at_the_end() -> None:
-    scene = scene_of("precompressed")
-    deck = deck_of("precompressed", scene)
-    force = np.full(deck.applied_force.shape, 3.0)
-    force[-2, 1] = force[-1, 2] = 4.0
-    loaded = measured.with_loads(changed(deck, applied_force=force), scene)
-    load = loaded.constant_force[:, 0] - deck.constant_force[:, 0]
-    assert load[:4] == pytest.approx([3.0, 3.0, 0.0, 3.0])
-
-
 @pytest.mark.parametrize(("moved", "is_load"), [(0.9e-5, True), (1.1e-5, False)])
 def test_a_held_end_is_one_under_load(moved: float, is_load: bool) -> None:
     """Where the shock moves it by less than 1e-5 of its overlap."""
@@ -216,25 +156,6 @@ def test_a_held_end_is_one_under_load(moved: float, is_load: bool) -> None:
     assert measured.with_held(deck, laws[:-1], 0.0) is deck
 
 
-def test_readings_of_runs_at_their_ends(right: FoundDeck) -> None:
-    """A force may jump where one run ends and the next begins: two readings of one time."""
-    (run,) = right.runs
-    runs = (replace(run, steps=4), replace(run, start=4 * STEP, steps=6))
-    time = STEP * np.array([0, 2, 4, 4, 7, 10])
-    force = np.arange(6.0)[:, np.newaxis] * np.ones(20)
-    deck = changed(right, runs=runs, applied_time=time, applied_force=force)
-    (first, force_1), (second, force_2) = measured.readings_of_runs(deck)
-    assert (first.tolist(), second.tolist()) == (time[:3].tolist(), time[3:].tolist())
-    assert (force_1[:, 0].tolist(), force_2[:, 0].tolist()) == ([0, 1, 2], [3, 4, 5])
-    short, long = measured.stretches_of(deck, scene_of("steel"), 0.0, np.array([0, 3]))
-    assert short.applied[:, 1] == pytest.approx([0, 0.5, 1, 1.5, 2])
-    assert long.applied[:, 0] == pytest.approx([3, 10 / 3, 11 / 3, 4, 13 / 3, 14 / 3, 5])
-    # Of a run that stops, however long it should have been, the steps of the scene count.
-    endless = changed(right, runs=(replace(run, steps=10**12),), stopped="lost")
-    (stretch,) = measured.stretches_of(endless, scene := scene_of("steel"), 0.0)
-    assert len(stretch.applied) == math.ceil(scene.end_time / run.dt) + 1
-
-
 def test_a_wall_begins_where_its_force_does() -> None:
     """A force of Hertz's law that shows a little late among others; no other law is moved."""
     scene = scene_of("wall")
@@ -248,20 +169,6 @@ def test_a_wall_begins_where_its_force_does() -> None:
         assert moved_wall.position - wall.position == pytest.approx(-by, rel=1e-3, abs=1e-17)
         assert moved_wall.overlap - wall.overlap == pytest.approx(by, rel=1e-3)
         assert moved_wall.damped_overlap - wall.damped_overlap == pytest.approx(by, rel=1e-3)
-
-
-@pytest.mark.parametrize("power", [0.25, 1.5])
-def test_the_power_of_a_damping_is_that_of_two_overlaps(power: float) -> None:
-    """Of granules that approach; half where there are no two overlaps, or no two signs alike."""
-    overlap, closing = np.array([1e-6, 4e-6, 3e-6]), np.array([0.5, 1.0, -1.0])
-    added = 3.0 * overlap**power * closing
-    damper = measured.Damper(added, 0 * added, 1 + 0 * added, closing, overlap)
-    assert measured._power_of([damper], 0.0) == power
-    for other in (
-        replace(damper, overlap=np.full(3, 1e-6)), replace(damper, added=added * [1, 0, 1]),
-        replace(damper, added=added * [1, -1, 1]),
-    ):  # fmt: skip
-        assert measured._power_of([other], 0.25) == 0.25
 
 
 def test_a_deck_may_have_another_law_of_damping_than_its_scene() -> None:
@@ -319,48 +226,6 @@ def test_a_force_at_a_jump_is_that_of_either_side() -> None:
             change = both(plus("applied_time", 200, late), plus("applied_force", (200, 0), more))
             pulse = probes._pulse(given(scene, change(deck)))
             assert pulse.measured == pulse.expected == 100.0
-
-
-def test_a_force_that_is_a_shock() -> None:
-    """On either side of a billionth of the unit of force."""
-    scene = scene_of("steel")
-    deck = made_found(scene)
-    for share, command in ((1 / 3, 10), (3.0, 9)):
-        force = np.full((20, 2), share * ACTS * scene.units.force)
-        weak = replace(deck.fixes[-1], command=9, largest=force)
-        case = given(scene, changed(deck, fixes=(*deck.fixes, weak)))
-        pulse = probes._of_shock(case, probes.Numbers(1.0, 2.0, stands=lambda _: [(1.0, 2.0)]))
-        assert pulse.guess == command
-
-
-def test_a_deck_without_its_wall_moves_without_one() -> None:
-    scene = scene_of("wall")
-    deck = OF_NUMBERS["no wall at all"][1](deck_of("wall", scene))
-    force = given(scene, deck).motion.peak_force
-    assert force[-1] == 0 < force[-2]
-
-
-def test_a_wall_that_misses_the_chain_is_found_on_either_side_of_its_fix() -> None:
-    scene = scene_of("wall")
-    deck = OF_NUMBERS["a wall for granule 1"][1](deck_of("wall", scene))
-    turned = in_texts("NULL 0.095", "0.095 NULL")(deck)
-    walls = [probes._wall(given(scene, each)) for each in (deck, turned)]
-    assert [wall and wall.at for wall in walls] == [6, 6]
-
-
-def test_a_wall_stands_behind_the_last_of_unlike_granules() -> None:
-    scene = scene_of("wall")
-    chain = replace(scene.chain, radius=[*[4.75e-3] * 9, 2e-3])
-    unlike = replace(scene, chain=chain)
-    end = unlike.granules.position[-1] + 2e-3
-    assert wall_plane(given(unlike, deck_of("wall", unlike))) == pytest.approx(end, rel=1e-12)
-
-
-def test_rounding_of_a_force_grows_as_an_overlap_falls() -> None:
-    """By the distance of the two centres, 9 mm."""
-    scene = scene_of("dimer")
-    rounding = given(scene, deck_of("dimer", scene)).rounding(2, np.array([1e-12, 1e-3]))
-    assert rounding == pytest.approx([6 * np.finfo(np.float64).eps * 9e-3 / 1e-12, 1e-9])
 
 
 @pytest.mark.parametrize(("more", "stands"), [(1, [(13, 12)]), (2, [(14, 12), (13, 11)])])

@@ -283,3 +283,10 @@ def damping_of(contact: Contact, restitution: str = "restitution") -> tuple[str,
         # c = 3/2 A tau sqrt(d) with A = 4/3 E* sqrt(R*) is g m* sqrt(R* d).
         return f"1.5*{contact.parameter!r}*{{k}}/({{mass}})", f"damping viscoelastic{limit}"
     return f"{contact.parameter!r}", f"damping velocity{limit}"
+
+
+def damping_number(contact: Contact, normal: float, mass: float) -> float:
+    """Return the same number as a value, from 4/3 E* [Pa] and m* [kg] of the pair, in SI units."""
+    if contact.restitution is not None:
+        return contact.restitution
+    return contact.parameter * (1.5 * normal / mass if contact.damping == "viscoelastic" else 1.0)

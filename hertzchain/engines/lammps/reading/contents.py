@@ -224,8 +224,7 @@ class FoundDeck:
     driven_time: Times
     driven_displacement: Lengths
     end_time: Time  # end of the last run
-    final_position: Lengths  # at the end, along the chain, shape (granules,)
-    final_velocity: Velocities
+    final_velocity: Velocities  # at the end, along the chain, shape (granules,)
     remarks: tuple[str, ...]  # sentences on parts that were not queried or examined
 
 

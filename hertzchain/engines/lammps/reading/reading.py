@@ -37,21 +37,12 @@ from hertzchain.limits import TIME_LIMIT, Deadline, bound_memory, in_words
 from hertzchain.scene.scene import Scene
 
 
-def contents_of(
-    probes: Probes,
-    seen: Watched,
-    applied: Applied,
-    scene: Scene | None = None,
-    backwards: bool | None = None,
-) -> FoundDeck:
+def contents_of(probes: Probes, seen: Watched, applied: Applied, backwards: bool) -> FoundDeck:
     """Return the ``FoundDeck`` from probes, the watched run, and applied forces.
 
-    Whether granule 1 lies at the largest coordinate follows from these, unless it is given; a scene
-    shows the order of its granules.
+    ``backwards`` tells whether granule 1 lies at the largest coordinate.
     """
     granules = probes.granules
-    if backwards is None:
-        backwards = _is_reversed(probes, seen, applied, scene)
     sign = -1.0 if backwards else 1.0
 
     def turned(values: Any, axis: int = -1) -> Any:
@@ -61,9 +52,6 @@ def contents_of(
         return np.asarray(turned(values, 0) * np.array([sign, 1.0, 1.0]))
 
     origin = granules.position[-1 if backwards else 0, 0]
-
-    def places(values: FloatArray) -> FloatArray:
-        return np.asarray(turned(sign * (values - origin)))
 
     def of(source: Any, change: Callable[[Any], Any], *names: str) -> dict[str, Any]:
         return {name: change(getattr(source, name)) for name in names}
@@ -86,7 +74,7 @@ def contents_of(
         reversed=backwards,
         ids=turned(granules.ids[order]),
         origin=granules.position[end] @ granules.frame,
-        position=places(granules.position[:, 0]),
+        position=turned(sign * (granules.position[:, 0] - origin)),
         sideways=turned(sideways, 0),
         constant_force=vectors(applied.constant),
         walls=tuple(_wall(wall, backwards, origin) for wall in probes.walls),
@@ -112,7 +100,6 @@ def contents_of(
         driven_time=seen.driven_time[led],
         driven_displacement=sign * (seen.driven_ends[led, end] - origin),
         end_time=seen.time,
-        final_position=places(seen.position),
         final_velocity=sign * turned(seen.velocity),
         remarks=_remarks(seen, probes),
     )  # fmt: skip
@@ -125,23 +112,22 @@ def _axis(direction: FloatArray) -> str:
     return "xyz"[first] if abs(direction[first]) == 1 else "a diagonal"
 
 
-def _is_reversed(probes: Probes, seen: Watched, applied: Applied, scene: Scene | None) -> bool:
+def _is_reversed(probes: Probes, seen: Watched, applied: Applied, scene: Scene) -> bool:
     """Whether granule 1 lies at the largest coordinate, by most signs of the shocked end.
 
     A deck may have one of the signs wrong. In a tie, granule 1 has the lowest id.
     """
     granules = probes.granules
-    is_pushed = scene is None or bool(scene.ramps)
-    shocked, pushed = _shocked(probes, seen, applied, is_pushed)
+    shocked, pushed = _shocked(probes, seen, applied, bool(scene.ramps))
     half = 1.0  # a shock on another granule than the first may be in the far half
-    if scene is not None and scene.shock.granule > 1:
+    if scene.shock.granule > 1:
         half = float(np.sign((scene.chain.granules + 1) / 2 - scene.shock.granule))
     walls = [wall.end for wall in probes.walls]
     signs = [
         half * _middle(shocked), -pushed, float(walls == ["first"]) - float(walls == ["last"]),
-        0.0 if scene is None else _misfit(granules, scene, 1) - _misfit(granules, scene, -1),
+        _misfit(granules, scene, 1) - _misfit(granules, scene, -1),
         # Weight and loads push towards the far end.
-        0.0 if scene is None or scene.precompression is None else -np.sum(applied.constant[:, 0]),
+        0.0 if scene.precompression is None else -np.sum(applied.constant[:, 0]),
     ]  # fmt: skip
     first, last = granules.ids[granules.order[[0, -1]]]
     return bool(np.sum(np.sign(signs)) + 0.5 * np.sign(float(first - last)) > 0)
@@ -220,7 +206,7 @@ def _remarks(seen: Watched, probes: Probes) -> tuple[str, ...]:
 _READ_EVERY = 0.2
 """Contact times between two readings: the interpolation between them is right to 1e-6 then."""
 
-_MOST_GRANULES = 2000  # of a chain whose runs are played without a scene (chosen)
+_MOST_GRANULES = 2000  # of a chain whose runs are played for lint (chosen)
 
 _SURE, _DENSER, _TRIES = 1e-5, 0.1, 3
 """Error of the peaks by the interval of readings above which the deck is run again; how much denser
@@ -232,22 +218,22 @@ class Reader:
     """Reads a deck, with or without edits, as often as wanted, in one process; a context.
 
     The scene, which the deck should compute, sets the overlaps, speeds and times at which LAMMPS is
-    probed, and the order of the granules; without one these follow from the deck. Variables are as
-    ``-var`` gives them, the deadline is that of all readings together, ``lmp`` is a binary in place
-    of the Python module, and ``say`` takes lines of text about progress.
+    probed, and the order of the granules. Variables are as ``-var`` gives them, the deadline is
+    that of all readings together, ``lmp`` is a binary in place of the Python module, and ``say``
+    takes lines of text about progress.
     """
 
     def __init__(
         self,
         path: Path | str,
-        scene: Scene | None = None,
+        scene: Scene,
         variables: Mapping[str, object] | Iterable[tuple[str, object]] = (),
         deadline: Deadline | None = None,
         lmp: str | Path | None = None,
         say: Callable[[str], object] = lambda _: None,
     ) -> None:
         self._deck, self._scene, self._lmp, self._say = str(path), scene, lmp, say
-        self._sizes = Sizes() if scene is None else Sizes.of(scene)
+        self._sizes = Sizes.of(scene)
         self._variables = {name: str(value) for name, value in dict(variables).items()}
         self._deadline = deadline or Deadline(TIME_LIMIT)
         self._open = ExitStack()
@@ -300,7 +286,10 @@ class Reader:
         self._say("asking LAMMPS what it makes of the deck")
         probes, seen = self._call(probed, source, self._sizes, begin)
         if not probes.granules.is_chain:
-            return contents_of(probes, seen, nothing_applied(probes.granules))
+            nothing = nothing_applied(probes.granules)
+            return contents_of(
+                probes, seen, nothing, _is_reversed(probes, seen, nothing, self._scene)
+            )
         # Pair style granular leaves memory undefined after a restart file (observed in 2025): in a
         # process that has run LAMMPS before, the deck often stops.
         restarts = any(done.text.startswith("read_restart") for done in seen.commands)
@@ -325,7 +314,7 @@ class Reader:
             seen.stopped = stopped
         else:
             applied = self._call(_freeze, seen, probes, each, begin)
-        return contents_of(probes, seen, applied, self._scene)
+        return contents_of(probes, seen, applied, _is_reversed(probes, seen, applied, self._scene))
 
 
 @dataclass(frozen=True, eq=False)

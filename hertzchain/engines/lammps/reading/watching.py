@@ -236,7 +236,7 @@ class Watched:
     def __post_init__(self) -> None:
         self.driven = np.zeros(self.count, bool)  # with prescribed motion, in any run
         self.held = np.zeros(self.count, bool)  # at rest under any force, in all runs
-        self.position = self.velocity = np.full(self.count, np.nan)
+        self.velocity = np.full(self.count, np.nan)
         self.peaks = (PeaksSeen.unknown(self.count - 1),) * 2  # forwards and backwards
 
     @property
@@ -431,6 +431,6 @@ class Watcher(Playing):
             np.maximum(largest, sizes(force), out=largest)
         stray = self._contacts.take(time, late, place, velocity, acceleration, pairs, walls)
         self.seen.image_force = max(self.seen.image_force, stray)
-        self.seen.position, self.seen.velocity = place[-1, :, 0], velocity[-1]
+        self.seen.velocity = velocity[-1]
         if self._led[0] or self._led[-1]:
             self.seen.lead(time, place[:, [0, -1], 0])

@@ -106,7 +106,7 @@ timestep {STEP / time!r}
 
 
 def read_deck(
-    path: Path, scene: hc.Scene | None = None, time_limit: float = TIME_LIMIT,
+    path: Path, scene: hc.Scene, time_limit: float = TIME_LIMIT,
     lmp: str | Path | None = None, begin: float = 0.0,
 ) -> FoundDeck:  # fmt: skip
     """What LAMMPS makes of a deck."""
