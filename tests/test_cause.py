@@ -17,7 +17,7 @@ from hertzchain.arrays import FloatArray
 from hertzchain.limits import Deadline
 from hertzchain.report.console import print_document
 from hertzchain.report.verdicts import of_judgement
-from hertzchain.slips import Case, Family, Fit, Mistake, jumps_like_noise
+from hertzchain.slips import Case, Family, Fit, Mistake
 from hertzchain.verdict import judgement
 from tests.conftest import paper_scene
 
@@ -248,36 +248,6 @@ def test_a_minute_is_not_spent_on_the_cause(
 
 
 # A case
-
-
-def _alternating(value: float) -> FloatArray:
-    return np.where(np.arange(1000) % 2, 1.0, value)
-
-
-@pytest.mark.parametrize(
-    ("values", "is_noise"),
-    [
-        (np.random.default_rng(0).standard_normal(59), True),
-        (np.cos(np.linspace(0, 6, 59)), False),
-        (np.append(1e-3 * np.random.default_rng(0).standard_normal(58), 1.0), False),
-        # The square of jumps over that of values, 1 and x in turn: 2 (1 - x)^2 / (1 + x^2).
-        (_alternating(0.2), True),
-        (_alternating(0.22), False),
-    ],
-)
-def test_noise_jumps(values: FloatArray, is_noise: bool) -> None:
-    assert jumps_like_noise(values) is is_noise
-    assert Fit(0.0, 0.0, values).leaves_noise is is_noise
-    assert not Fit(0.0, 0.0).leaves_noise  # as far as is known
-
-
-@pytest.mark.parametrize(("part", "as_if"), [(0.0, 1e-9), (0.5e-9, 1e-9), (2e-9, 2e-9)])
-def test_peaks_below_a_billionth_are_as_good_as_none(
-    truth: hc.Result, part: float, as_if: float
-) -> None:
-    expected = truth.peak_force
-    left = case_of(truth, part * expected).residual(expected)
-    assert left == pytest.approx(-math.log(as_if), rel=1e-12, abs=0)
 
 
 def test_a_parameter_is_fitted_half_way_between_trials_and_in_every_valley(

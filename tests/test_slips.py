@@ -8,7 +8,6 @@ import re
 from collections.abc import Callable
 from contextlib import nullcontext
 from dataclasses import dataclass, replace
-from functools import partial
 
 import numpy as np
 import pint
@@ -18,9 +17,8 @@ import hertzchain as hc
 from hertzchain import slips
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps.dialect import tsuji
-from hertzchain.limits import Deadline
 from hertzchain.scene.shocks import profile_named
-from hertzchain.slips import Case, Mistake, in_words, near, slips_of, with_rise_time
+from hertzchain.slips import in_words, near, slips_of, with_rise_time
 from hertzchain.theory.restitution import damping_ratio, of_ratio
 from tests.conftest import STEEL, paper_scene
 from validation.mistakes_in_damping import (
@@ -204,35 +202,6 @@ def test_a_run_that_ends_before_its_slow_wave_and_a_step_that_is_stated() -> Non
     assert "in a run that ends with that of the scene" in cause
     judged = hc.judge(at.scene, verlet(at, 1.5e-6), dt=1.5e-6)
     assert "velocity Verlet with steps of about 1.5e-06 s has" in (judged.cause or "")
-
-
-def test_steps_past_the_corners_of_a_pulse() -> None:
-    """One leg each in the pulse, and one for all behind it; none for more than 100,000 of them."""
-    scene = paper_scene(*SCENES[0])
-    last = scene.ramps[-1].end
-    legs = slips.past_corners(scene, last / 9.5) or []
-    assert [leg.steps for leg in legs] == [*[1] * 10, math.ceil(scene.end_time / last * 9.5) - 10]
-    assert legs[-1].end == pytest.approx(sum(leg.steps for leg in legs) * last / 9.5)
-    assert slips.past_corners(scene, last / 100_000.5) is None
-
-
-def test_usual_steps_are_tried(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Up to the longest stable step: five mistakes of each."""
-    monkeypatch.setattr(slips, "_ROUND", (5.0,))
-    at = planting(SCENES[0])
-    truth = hc.Native("reference").run(at.scene)
-    case = Case(at.scene, truth, at.truth, np.ones(19, bool), None, 5e-4, Deadline(60.0), False)
-    named = [mistake.words(0.0) for mistake in slips.steps_and_samples(case)]
-    for step in ("5e-07 s", "5e-06 s"):
-        assert sum(f"velocity Verlet with steps of {step}" in name for name in named) == 4
-        assert sum(f"samples in place of maxima, {step} apart" in name for name in named) == 1
-    assert len(named) == 10
-
-
-def test_a_table_has_no_rise_time() -> None:
-    table = hc.PulseTable((0.0, 1e-5, 2e-5), (0.0, 10.0, 0.0))
-    scene = replace(paper_scene(*SCENES[0]), shock=table)
-    assert with_rise_time(scene) is scene
 
 
 # Peaks without a cause
@@ -454,30 +423,6 @@ def test_damping_is_named(asked: hc.Contact | None, made: hc.Contact | None, wor
     assert re.match(words, cause), judged.cause or judged.hint
 
 
-@pytest.mark.parametrize(
-    ("law", "factor", "words"),
-    [
-        ("dashpot", 0.5, "1.5 kg/s in place of 3 kg/s (coefficient 0.5 times the scene's): half"),
-        ("dashpot", 2.0, "6 kg/s in place of 3 kg/s (coefficient 2 times the scene's): twice the"),
-        ("dashpot", 1.2, "3.6 kg/s in place of 3 kg/s (coefficient 1.2 times the scene's)"),
-        ("viscoelastic", 2 / 3, "0.6667 times the scene's): the factor 3/2 is missing"),
-        ("viscoelastic", 1.5, "(coefficient 1.5 times the scene's): the factor 3/2 is there twice"),
-        ("restitution", 2**-0.5, "(coefficient 0.7071 times the scene's): m*/2 in place of m*"),
-    ],
-)
-def test_factors_of_a_coefficient_in_words(law: str, factor: float, words: str) -> None:
-    scene = replace(ELASTIC, contact=ASKED[law])
-    contact = partial(slips.contact_of, scene, ASKED[law].damping, attraction=False)
-    strength = ALPHA if law == "restitution" else ASKED[law].parameter / contact(0.0).parameter
-    log = math.log(strength * factor)
-    text = slips.damping_in_words(scene, contact, log)
-    assert words in text
-    assert text.endswith("times the scene's)") == (factor == 1.2)
-    # A factor does not tell the effective mass of unlike granules.
-    unlike = replace(scene, chain=replace(ELASTIC.chain, density=[8000.0, 2000.0] * 8))
-    assert "m*/2" not in slips.damping_in_words(unlike, contact, log)
-
-
 def test_noise_does_not_look_like_weak_damping_or_pulling() -> None:
     error = 1 + 1e-3 * np.random.default_rng(1).standard_normal(15)
     for asked, made in ((E, None), (None, C)):
@@ -485,17 +430,6 @@ def test_noise_does_not_look_like_weak_damping_or_pulling() -> None:
         cause = hc.judge(replace(ELASTIC, contact=asked), given).cause or ""
         assert cause.startswith("no damping; leaves" if asked else "damping by dashpots of 3 kg/s")
         assert "contacts that pull" not in cause
-
-
-def test_damping_is_named_where_it_leaves_a_third_of_what_none_does() -> None:
-    truth = hc.Native("reference").run(ELASTIC)
-    given, judged = truth.peak_force * np.linspace(0.9, 1.0, 15), np.ones(15, bool)
-    case = Case(ELASTIC, truth, given, judged, None, 1e-3, Deadline(60.0), False)
-    most = [mistake.most for mistake in slips.damping(case)]
-    assert most == pytest.approx([case.size / 3] * 3)
-    fitted = Mistake(lambda _: "", lambda _: truth.peak_force, most=case.size * 1.01)
-    assert fitted.tried(case).left == case.size
-    assert replace(fitted, most=case.size * 0.99).tried(case).left == math.inf
 
 
 def test_with_other_terms_damping_units_and_numbers_are_tried() -> None:

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -14,10 +12,9 @@ from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps.reading.contents import Executed, FoundDeck, FoundRun
 from hertzchain.engines.lammps.reading.text import Edits
 from hertzchain.errors import RunFailed, SceneError
-from hertzchain.examiner import examining, places
+from hertzchain.examiner import examining
 from hertzchain.examiner.examined import DeckCheck, Finding, in_order
 from hertzchain.examiner.places import variables_of
-from hertzchain.limits import Deadline
 from tests.examiner.corpus import scene_of
 from tests.examiner.made import (
     STEP,
@@ -121,24 +118,6 @@ def test_another_number_of_granules(name: str, more: int) -> None:
         assert [check.kind for check in rest] == ["constant force"] * (name == "precompressed")
 
 
-def test_a_deck_of_one_granule(scene: hc.Scene, right: FoundDeck) -> None:
-    """There is no contact then, and nothing else is said of it."""
-    first: dict[str, Any] = {}
-    for name, value in vars(right).items():
-        if isinstance(value, np.ndarray) and value.ndim and 20 in value.shape:
-            first[name] = np.take(value, [0], axis=value.shape.index(20))
-        elif isinstance(value, np.ndarray) and value.shape[-1:] == (19,):
-            first[name] = value[..., :0]
-    fixes = tuple(
-        replace(fix, granules=fix.granules[:1], largest=fix.largest[:1],
-                largest_in_motion=fix.largest_in_motion[:1])
-        for fix in right.fixes
-    )  # fmt: skip
-    count, *rest = examined(scene, changed(right, fixes=fixes, **first)).to_correct
-    assert (count.measured, count.expected) == (1, 20)
-    assert [check.name for check in rest] == []
-
-
 def settled(deck: FoundDeck, *starts: float) -> FoundDeck:
     """A deck of runs that begin at these times, whose shock begins with the last."""
     runs = tuple(
@@ -172,15 +151,6 @@ def test_how_long_a_deck_settles(scene: hc.Scene, right: FoundDeck) -> None:
     assert any("the shock begins 2e-05 s after" in remark for remark in late.remarks)
 
 
-@pytest.mark.parametrize(("ends", "judged"), [(0.5, 0.5), (30.0, 30.0), (300.0, 100.0)])
-def test_a_deck_is_judged_up_to_a_hundred_times_the_scene(
-    ends: float, judged: float, scene: hc.Scene, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(hc.Native, "run", lambda _, watched: watched)
-    watched: Any = examining._truth(scene, ends * scene.end_time, Deadline(60.0))
-    assert watched.end_time == pytest.approx(judged * scene.end_time)
-
-
 def test_a_deck_without_steps(scene: hc.Scene, right: FoundDeck) -> None:
     nothing = changed(right, runs=(), end_time=0.0, applied_time=np.zeros(0),
                       applied_force=np.zeros((0, 20)))  # fmt: skip
@@ -204,15 +174,6 @@ def test_a_deck_that_stops(scene: hc.Scene, right: FoundDeck) -> None:
     )  # fmt: skip
     assert [check.name for check in refused.to_correct] == ["mass of all granules"]
     assert not any("applied" in check.name for check in refused.checks)
-
-
-def test_texts_are_those_of_the_files_named(tmp_path: Path, right: FoundDeck) -> None:
-    deck = tmp_path / "in.made"
-    deck.write_text("run 1\n")
-    (tmp_path / "a.inc").write_text("\ufeffpair_style none\n", encoding="utf-8")
-    named = [Executed("run 1", name, 1, "run 1") for name in ("in.made", "a.inc", "gone", "a.inc")]
-    texts = examining._texts(deck, changed(right, commands=tuple(named)))
-    assert texts == (("in.made", "run 1\n"), ("a.inc", "pair_style none\n"))
 
 
 def test_contacts_that_were_not_tried(scene: hc.Scene, right: FoundDeck) -> None:
@@ -264,27 +225,6 @@ def test_variables_that_use_themselves() -> None:
     )  # fmt: skip
     commands = [Executed(text, "in.made", k, text) for k, text in enumerate(texts)]
     assert variables_of(commands, 3) == [2, 1]
-
-
-def test_the_line_that_makes_a_number(right: FoundDeck) -> None:
-    """By what is written there, else by the values of variables; else the last that can."""
-    texts = [
-        ("set type 1 density ${rho}", "set type 1 density 3979"),
-        ("set type 2 density 1200.0", "set type 2 density 1200.0"),
-        ("set type 3 density 5.0", "set type 3 density 5.0"),
-    ]
-    commands = [Executed(text, "in.made", line, written)
-                for line, (written, text) in enumerate(texts, start=1)]  # fmt: skip
-    deck = changed(right, commands=tuple(commands))
-    for stands, line in (
-        ([(8.0, 9.0), (3979.0, 7958.0)], 1), ([(8.0, 9.0), (1200.0, 7958.0)], 2),
-        ([(1200.0, 7958.0), (8.0, 9.0)], 2), ([(8.0, 9.0)], None), ([], None),
-    ):  # fmt: skip
-        lines = [where.line for where, _ in places.with_numbers(deck, "mass", stands)]
-        assert lines == ([] if line is None else [line])
-    last = places.place(deck, "mass")
-    assert last is not None
-    assert last.line == 3
 
 
 def test_what_cannot_be_examined(scene: hc.Scene) -> None:

@@ -160,36 +160,7 @@ def test_words_of_damping(
     assert float(small) == float(number) * (1 if contact.restitution else 1e6)
 
 
-def test_damping_of_viscoelastic_granules_goes_as_length_and_time() -> None:
-    si, micro = (
-        float(right.damping_words(case("viscoelastic", units), 2, "20250722")[0])
-        for units in ("si", "micro")
-    )
-    assert micro == pytest.approx(1e-12 * si, rel=1e-9, abs=0)
-
-
 PULSE = hc.Pulse("cosine", 100.0, 2.0, rise_time=3e-5)
-
-
-@pytest.mark.parametrize(("count", "lines"), [(64, 65), (65, 1)])
-def test_both_sides_of_the_most_lines(count: int, lines: int) -> None:
-    """One line for each diameter, and one for all densities."""
-    radius = np.linspace(4e-3, 5e-3, count).tolist()
-    chain = hc.Chain(count, radius, young_modulus=70e9, poisson_ratio=0.3, density=7800.0)
-    example = case("wall", ids=np.arange(count) + 1, types=np.ones(count, np.int64))
-    example = replace(example, scene=hc.Scene(chain, PULSE))
-    assert len(right.granule_commands(example)) == lines
-    assert (right.place_commands(example) is None) == (count > 64)
-
-
-@pytest.mark.parametrize("rows", [40, 41])
-def test_both_sides_of_a_table_that_is_a_formula(rows: int) -> None:
-    """Of at most 39 pieces, one between two rows each."""
-    force = np.where(np.arange(rows) % 2, 100.0, 50.0)
-    table = hc.PulseTable(tuple(np.linspace(0.0, 1e-4, rows)), tuple(force))
-    example = case("piston")
-    example = replace(example, scene=replace(example.scene, shock=table))
-    assert (right.shock_commands(example) is None) == (rows > 40)
 
 
 def test_pairs_of_types() -> None:
@@ -220,15 +191,6 @@ def test_pairs_of_types() -> None:
         }.items()
     )]  # fmt: skip
     assert lines(1, 1, 1, 2) is None  # granules 1, 2 and 3 are of one type, and not alike
-
-
-@pytest.mark.parametrize(("off", "is_one_law"), [(1 / 3, True), (3.0, False)])
-def test_both_sides_of_one_material(off: float, is_one_law: bool) -> None:
-    """Stiffnesses of one type may differ by a billionth of them."""
-    example = case("piston")
-    young = 193e9 * (1 + 1e-9 * off * (np.arange(12) > 5))
-    scene = replace(example.scene, chain=replace(example.scene.chain, young_modulus=young.tolist()))
-    assert (right.law_commands(replace(example, scene=scene)) is not None) == is_one_law
 
 
 def test_fixed_granules_of_damped_contacts_are_frozen() -> None:

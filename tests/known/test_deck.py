@@ -149,33 +149,6 @@ def test_contacts_are_judged_where_looks_find_nearly_all_of_their_peaks() -> Non
     assert weak.judged.tolist() == [True, True, False]
 
 
-def longer_steps(text: str) -> str:
-    """A deck with steps half as long again, and as many of them."""
-    return re.sub(r"^timestep (\S+)", r"timestep $(1.5*\1:%.17g)", text, flags=re.MULTILINE)
-
-
-@pytest.mark.lammps
-def test_a_wrong_step_fails_on_two_processors(tmp_path: Path) -> None:
-    path = written(small(5), tmp_path, rtol=1e-3, watch_every=1)
-    path.write_text(longer_steps(path.read_text()))
-    assert verdict(path, ranks=2) == "FAIL"
-
-
-@pytest.mark.lammps
-def test_contacts_that_a_run_leaves_rising_do_not_widen_what_the_others_may_have(
-    tmp_path: Path,
-) -> None:
-    # It ends as the wave comes to contact 24: there an interval misses a tenth of the force.
-    scene = small(40, 4e-4)
-    path = written(scene, tmp_path, rtol=1e-4, watch_every=5)
-    assert verdict(path) == "PASS"
-    answer = known_answer(scene, lay_out(scene, rtol=1e-4, watch_every=5))
-    assert np.max(answer.error[answer.force_ratio > 1e-3]) > 0.01
-    text = path.read_text().replace("peak atom f_largest", "peak atom 1.005*f_largest")
-    path.write_text(text)
-    assert verdict(path) == "FAIL"
-
-
 @pytest.mark.lammps
 def test_the_lean_deck_does_not_watch(tmp_path: Path) -> None:
     path = written(small(), tmp_path, watch_every=0)
@@ -187,57 +160,11 @@ def test_the_lean_deck_does_not_watch(tmp_path: Path) -> None:
     assert (tmp_path / "chain.final").exists()
 
 
-@pytest.mark.parametrize("wall", [None, hc.Wall("rigid")], ids=["plain", "wall"])
-def test_a_weak_shock_is_computed_on_softer_granules(wall: hc.Wall | None) -> None:
-    chain = hc.Chain(10, **STEEL)
-    for force, softened in ((1e-6, True), (1e2, False)):
-        scene = hc.Scene(chain, hc.Pulse("cosine", force, 2.0, momentum_ratio=1.0), wall=wall)
-        text = deck(scene, lay_out(scene, rtol=1e-4, watch_every=0))
-        head = " ".join(text.replace("\n#", "").split())
-        power = re.search(r"The deck has E / 8\^(\d+)", head)
-        assert (power is not None) is softened
-        modulus = 193e9 / 8 ** (int(power[1]) if power else 0)
-        assert f"variable E1 index {modulus!r}" in text
-
-
 def test_what_is_never_pressed_has_no_answer() -> None:
     late = hc.PulseTable((1e-4, 2e-4), (0.0, 10.0))
     scene = hc.Scene(hc.Chain(10, **STEEL), late, hc.Run(5e-5))
     with pytest.raises(hc.HertzchainError, match="no contact is pressed"):
         known_answer(scene, lay_out(scene, dt=1e-7))
-
-
-@pytest.mark.parametrize(("step", "every"), [(0.0024, 2), (0.02, 1)])
-def test_looks_are_half_a_hundredth_of_a_time_unit_apart_or_a_step(step: float, every: int) -> None:
-    scene = small()
-    assert lay_out(scene, dt=step * scene.units.time).watch_every == every
-
-
-def by_granule(text: str, name: str) -> list[float]:
-    """The numbers that a variable of a deck gives its granules."""
-    (formula,) = re.findall(rf'^variable {name} atom "([^"]*)"', text, re.MULTILINE)
-    numbers = []
-    for term in formula.replace("&", "").split()[1:]:
-        alone = re.fullmatch(r"\+\(id==\d+\)\*(\S+)", term)
-        alike = re.fullmatch(r"\+\(id>=(\d+)\)\*\(id<=(\d+)\)\*(\S+)", term)
-        assert alone or alike, term
-        if alone:
-            numbers.append(float(alone[1]))
-        elif alike:
-            numbers += [float(alike[3])] * (int(alike[2]) - int(alike[1]) + 1)
-    return numbers
-
-
-@pytest.mark.parametrize("entry", GALLERY, ids=lambda entry: entry.scene)
-def test_what_a_shipped_deck_allows_is_little(entry: Entry) -> None:
-    # Steps right to 1e-6, looks 0.005 natural time units apart that miss 5e-6; longer steps in the
-    # long chain and of damped contacts, to 2e-4.
-    text = (FOLDER / entry.name).read_text(encoding="utf-8")
-    allowed = by_granule(text, "known_allowed")
-    scene = entry.load()
-    assert len(allowed) == scene.bodies
-    judged = len(scene.contacts)
-    assert max(allowed[:judged]) < (1e-5 if entry.rtol == 1e-6 else 3e-4)
 
 
 # Scenes of every kind

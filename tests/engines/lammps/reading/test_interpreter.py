@@ -11,7 +11,7 @@ import pytest
 from hertzchain.engines.lammps.engine import engine
 from hertzchain.engines.lammps.reading.interpreter import Interpreter
 from hertzchain.engines.lammps.reading.session import Module, Session
-from hertzchain.engines.lammps.reading.watching import Playing, Watched
+from hertzchain.engines.lammps.reading.watching import Playing
 from hertzchain.errors import RunFailed
 
 pytestmark = pytest.mark.lammps
@@ -300,18 +300,3 @@ def test_a_hook_stands_after_each_fix_that_exerts_forces() -> None:
     session.forget()
     assert session.said[-1] == "clear"
     assert (session.fixes, session.alive, session.hooks) == ({}, {}, {})
-
-
-def test_runs_of_one_command_and_step_are_one() -> None:
-    seen = Watched(2)
-    assert seen.first_run == -1
-    for steps, dt, command in ((3, 0.5, 7), (4, 0.5, 7), (2, 0.25, 7), (2, 0.25, 8)):
-        seen.ran(steps, dt, command)
-    assert [(run.start, run.dt, run.steps, run.command) for run in seen.runs] == [
-        (0.0, 0.5, 7, 7), (3.5, 0.25, 2, 7), (4.0, 0.25, 2, 8),
-    ]  # fmt: skip
-    assert (seen.first_run, seen.time) == (7, 4.5)
-    for time in ([0.0, 1.0], [2.0]):
-        seen.lead(np.array(time), np.outer(time, [1.0, 2.0]))
-    assert seen.driven_time.tolist() == [0.0, 1.0, 2.0]
-    assert seen.driven_ends.tolist() == [[0.0, 0.0], [1.0, 2.0], [2.0, 4.0]]

@@ -13,9 +13,9 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.engines.lammps.binary import look
-from hertzchain.engines.lammps.reading.contents import FoundDeck, units_of
+from hertzchain.engines.lammps.reading.contents import FoundDeck
 from hertzchain.engines.lammps.reading.text import Rules, command_of, quoted, words_of
-from hertzchain.errors import BackendMissing, HertzchainError, RunFailed, TooExpensive
+from hertzchain.errors import BackendMissing, RunFailed, TooExpensive
 from hertzchain.limits import Deadline
 from tests.engines.lammps.reading.chains import BESIDE_PYTHON, OTHERS, SCENE, Deck, read_deck
 from tests.processes import children, posix
@@ -23,63 +23,6 @@ from tests.processes import children, posix
 pytestmark = pytest.mark.lammps
 
 slow = pytest.mark.slow
-
-MISCHIEF = """shell touch {0}/shell
-shell rm -rf {0}/kept
-dump d all custom 1 {0}/dump.* id x
-dump_modify d sort id
-log {0}/log
-write_data {0}/data
-write_restart {0}/restart
-write_dump all custom {0}/written id
-restart 1 {0}/again
-print "text" file {0}/print
-print "text" append {0}/print screen no
-print "text" "append" {0}/quoted
-info all out append {0}/info
-fix p all print 1 "text" file {0}/fixprint screen no
-fix a all ave/time 1 1 1 c_thermo_temp file {0}/avetime
-fix h all ave/histo 1 1 1 0 1 2 vx file {0}/histo mode vector
-variable e python f
-variable home getenv HOME
-if "1 == 1" then "shell touch {0}/nested" "print 'a' file {0}/nested_print"
-jump SELF go_on
-label never
-label go_on
-run 4 every 2 "shell touch {0}/every" "write_data {0}/every.data"
-unfix p
-undump d
-"""
-
-
-def test_nothing_is_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    there = tmp_path / "there"
-    there.mkdir()
-    (there / "kept").write_text("kept")
-    working = tmp_path / "here"
-    working.mkdir()
-    monkeypatch.chdir(working)
-    deck = Deck(more=MISCHIEF.format(there), steps=20).write(tmp_path)
-    relative = Deck(more=MISCHIEF.format("."), steps=20).write(tmp_path, "in.relative")
-    for path in (deck, relative):
-        contents = read_deck(path, SCENE)
-        assert [run.steps for run in contents.runs] == [4, 20]
-    assert [path.name for path in there.iterdir()] == ["kept"]
-    assert list(working.iterdir()) == []
-    assert sorted(path.name for path in tmp_path.iterdir()) == [
-        "here", "in.mine", "in.relative", "there",
-    ]  # fmt: skip
-    left_out = {done.text.split()[0] for done in contents.commands if not done.carried_out}
-    assert left_out == {
-        "shell", "dump", "dump_modify", "undump", "log", "write_data", "write_restart",
-        "write_dump", "restart", "info", "fix", "unfix", "variable",
-    }  # fmt: skip
-    assert all(done.why_not for done in contents.commands if not done.carried_out)
-    without = [c.text.split()[1] for c in contents.commands if c.carried_out and c.why_not]
-    assert without == ['"text"', '"text"', '"text"', "a", "h", "'a'"]
-    nested = [done for done in contents.commands if "nested" in done.text and not done.carried_out]
-    assert nested[0].text == "shell touch ./nested"
-    assert nested[0].written.startswith("if ")
 
 
 WRONG: dict[str, tuple[str, str | None, str]] = {
@@ -142,11 +85,6 @@ def test_a_disk_that_gets_full_is_the_reason(
     deck = Deck(more="units real").write(tmp_path)
     with pytest.raises(RunFailed, match=r"needs room .*No space left.*TMPDIR"):
         read_deck(deck, SCENE)
-
-
-def test_a_deck_that_is_not_there(tmp_path: Path) -> None:
-    with pytest.raises(HertzchainError, match=r"in\.none: cannot be read"):
-        read_deck(tmp_path / "in.none", SCENE)
 
 
 GIVEN = """
@@ -230,12 +168,6 @@ def test_a_fix_that_was_left_out_is_not_changed() -> None:
     ):
         new_words, why = rules.decide(command.split())
         assert (new_words == command.split(), why is None) == (is_given, is_given)
-
-
-@pytest.mark.parametrize("units", ["real", "metal", "electron"])
-def test_units_of_atoms_are_refused(units: str) -> None:
-    with pytest.raises(RunFailed, match=f"units {units} are those of atoms"):
-        units_of(units)
 
 
 EXACT = ("ids", "types", "position", "sideways", "radius", "mass", "velocity", "spin", "integrated")
