@@ -7,6 +7,7 @@ import os
 import re
 import stat
 import sys
+import tomllib
 from collections.abc import Sequence
 from datetime import UTC, datetime
 from pathlib import Path
@@ -44,49 +45,9 @@ single = lambda x: repr(struct.unpack("f", struct.pack("f", float(x)))[0])
 text = re.sub(r"(?<=single )\\S+", lambda found: single(found[0]), text)
 """
 
-WALLS = "rigid wall", "elastic wall", "damped wall", "gravity"
 FORCES = "force over time", "gran/hertz/history", "restart in the middle"
-RESTITUTION = "damping, restitution", "damping that pulls"
-NAN_WALL = (
-    r"wall/gran granular hertz \S+ (.*?)(?:damping.*)?&\n",
-    r"wall/gran hertz/history 1e11 NULL 0.0 0.0 0.0 0 &\n",
-)
-
-# name, edits of the deck, rows that are wrong, a row that is right
-DEFECTS: Sequence[tuple[str, Sequence[tuple[str, str]], Sequence[str], str]] = (
-    ("a wall 1 + nu too stiff", [(r"(k_wall equal .*)", r"\1*1.3")], WALLS, "striker"),
-    ("a wall that gives NaN", [NAN_WALL], WALLS[:3], "striker"),
-    (
-        "mixed pairs", [(r"^pair_coeff 1 2 .*", "")],
-        ("unlike granules", *RESTITUTION, "damping, dashpot"), "like granules",
-    ),
-    ("tsuji's e", [("coeff_restitution", "tsuji")], RESTITUTION, "damping, dashpot"),
-    ("half the force", [(r"(force equal )(.*)", r"\1 0.5*(\2)")], FORCES, "striker"),
-    (
-        "a force a step late", [(r"\btime(?=[-/)])", "(time-dt)")], FORCES, "piston",
-    ),
-    ("positions in single precision", [], ("unlike granules", "static load"), "gran/hertz/history"),
-    (
-        "contacts that pull", [("limit_damping", "")],
-        ("damping, restitution", "damping, viscoelastic", "damped wall"), "damping that pulls",
-    ),
-    (
-        "damping of two thirds", [(r"1\.5\*4e-06", "4e-06")],
-        ("damping, viscoelastic", "damped wall"), "damping, dashpot",
-    ),
-    ("too little gravity", [("gravity 10000.0", "gravity 9900.0")], ["gravity"], "rigid wall"),
-    ("a slow piston", [(r"move linear 1\.0", "move linear 0.999")], ["piston"], "striker"),
-    ("a light striker", [(r"diameter 0\.016", "diameter 0.0159")], ["striker"], "like granules"),
-    (
-        "a restart at rest", [(r"(read_restart .*)", r"\1\nvelocity all set 0 0 0")],
-        ["restart in the middle"], "force over time",
-    ),
-    ("no static load", [(r"^fix hold .*", "")], ["static load"], "force over time"),
-    (
-        "density in other units", [(r"(units cgs(?s:.*)density )7\.958", r"\g<1>7958.")],
-        ["units cgs"], "like granules",
-    ),
-)  # fmt: skip
+DEFECTS = tomllib.loads(Path(__file__).with_name("defects.toml").read_text(encoding="utf-8"))
+"""Edits of the deck, rows that are wrong by them, and a row that is right, by the defect's name."""
 
 QUICK = "a wall that gives NaN", "a slow piston"
 """The command has another one, which is wrong by a number, too."""
@@ -104,8 +65,8 @@ def fake(
 @pytest.mark.parametrize(
     ("name", "edits", "wrong", "right"),
     [
-        pytest.param(*row, id=row[0], marks=() if row[0] in QUICK else pytest.mark.slow)
-        for row in DEFECTS
+        pytest.param(name, *row.values(), id=name, marks=[pytest.mark.slow] * (name not in QUICK))
+        for name, row in DEFECTS.items()
     ],
 )
 def test_a_planted_defect_is_found_in_its_rows(
@@ -242,8 +203,7 @@ def test_the_command(hertzchain: Command, tmp_path: Path, monkeypatch: pytest.Mo
     few = {name: CASES[name] for name in (*FORCES, "striker")}
     monkeypatch.setattr("hertzchain.known.certificate.CASES", few)
     folder, junit = tmp_path / "out", tmp_path / "junit.xml"
-    rows = ["half the force"]
-    program = fake(tmp_path, next(edits for name, edits, *_ in DEFECTS if name in rows))
+    program = fake(tmp_path, DEFECTS["half the force"]["edits"])
     done = hertzchain("certify", "--lmp", program, "-o", folder, "--junit", junit, "--json")
     document = done.json()
     assert (done.status, document["status"]) == (1, 1)

@@ -6,6 +6,7 @@ import re
 import shutil
 import subprocess
 import sys
+import tomllib
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -285,72 +286,7 @@ def test_a_deck_with_the_older_pair_style_and_a_dump_passes(name: str, tmp_path:
     assert trajectory.count("ITEM: TIMESTEP") > 2
 
 
-HERTZ = r"hertz/material \$\{E1\} 0\.0 \$\{nu1\}"
-
-# Mistakes are larger where they move peaks by less than the steps do.
-MISTAKES = {
-    "stiffness, plain": ("ten granules", HERTZ, "hertz/material $(1.001*v_E1) 0.0 ${nu1}"),
-    "exponent, plain": ("ten granules", HERTZ, "hooke 1e7 0.0"),
-    "density before diameter": (
-        "ten granules",
-        r"(set atom 1\*10 diameter \S+\n)(set atom 1\*10 density \S+\n)",
-        r"\2\1",
-    ),
-    "damping, plain": ("ten granules", HERTZ, "hertz/material ${E1} 1e6 ${nu1}"),
-    "no decay of the force": ("ten granules", r"100\.0-100\.0\*sin\(", "100.0+0*sin("),
-    "overlap, plain": ("ten granules", r"f_known\[1\]\+x", "f_known[1]*1.00000001+x"),
-    "a true peak, plain": ("ten granules", r"\+\(id==4\)\*1\.", "+(id==4)*1.1"),
-    "stale positions, plain": (
-        "ten granules",
-        r"(fix look all ave/time) \S+ 1 \S+",
-        r"\1 100 1 100",
-    ),
-    "wall twice as stiff": ("all at once", r"(variable k_wall equal )", r"\g<1>2*"),
-    "no wall": ("striker, rigid wall", r"fix wall last wall", "fix wall empty wall"),
-    "pair mixed wrongly": ("dimer", r"(pair_coeff 1 2 hertz )\$\{k1_2\}", r"\g<1>${k1_1}"),
-    "stiffness": ("dimer", r"(variable k1_2 equal )", r"\g<1>1.01*"),
-    "exponent": ("large striker", r"(pair_coeff 1 1) hertz \S+", r"\1 hooke 1e7"),
-    "radius": ("dimer", r"(set atom 5 diameter 0\.0095)", r"\g<1>01"),
-    "density": ("dimer", r"(set atom 5 density )", r"\g<1>1"),
-    "gap lost": ("gaps", r"(create_atoms 1 single 0\.038)04", r"\g<1>03"),
-    "gravity the wrong way": ("column", r"vector 1 0 0", "vector -1 0 0"),
-    "no load": ("precompression", r"(fix press first addforce) 20.0", r"\1 0.0"),
-    "load on one end": ("precompression", r"(fix hold last addforce) -20.0", r"\1 0.0"),
-    "velocity of granule 2": ("large striker", r"velocity first", "velocity second"),
-    "velocity": ("large striker", r"(velocity first set) 1.0", r"\1 1.001"),
-    "damping": ("all at once", r"(pair_coeff 1 2 \S+ \S+) 0.0", r"\1 1e6"),
-    "step": ("all at once", r"timestep (\S+)", r"timestep $(1.5*\1:%.17g)"),
-    "pulse": ("gaps", r"(variable force equal 0\.0\+)100\.0", r"\g<1>100.1"),
-    "wall's peak": (
-        "all at once",
-        r"(variable known_true atom \"[^\"]*\(id==12\)\*2\.)7",
-        r"\g<1>8",
-    ),
-    "a true peak": (
-        "all at once",
-        r"(variable known_true atom \"[^\"]*\(id==4\)\*)\d\.",
-        r"\g<1>9.",
-    ),
-    "overlap": ("gaps", r"f_known\[1\]\+x-c_ahead", r"f_known[1]*1.0000001+x-c_ahead"),
-    "stale positions": ("gaps", r"(fix look all ave/time) \S+ 1 \S+", r"\1 100 1 100"),
-    "another e": ("restitution", r'(variable restitution string 0\.8)"', r'\g<1>001"'),
-    "another damping": ("restitution", r"coeff_restitution", "tsuji"),
-    "no damping": ("restitution", r"damping \$\{damping\}", "damping velocity"),
-    "coefficient": ("dashpot", r"(pair_coeff 1 1 hertz \S+ 5)\.0", r"\1.5"),
-    "damping that grows with masses": ("dashpot", r"(pair_coeff .*) velocity", r"\1 mass_velocity"),
-    "relaxation time": ("viscoelastic", r"(pair_coeff 1 2 \S+ \S+ \$\(1\.5\*1)e", r"\1.1e"),
-    "a wall without damping": ("viscoelastic", r"(granular hertz \S+) \S+ (tan)", r"\1 0.0 \2"),
-    "step, damped": ("restitution", r"timestep (\S+)", r"timestep $(1.5*\1:%.17g)"),
-    "wrong neighbour's velocity": ("restitution", r"(speed_ahead all global/atom v_)next", r"\1id"),
-    "no true peak": (
-        "restitution",
-        r"(variable known_true atom \"[^\"]*\(id==3\)\*0\.\d)",
-        r"\g<1>9",
-    ),
-    "velocity of the piston": ("piston", r"(move linear 0\.1)", r"\g<1>01"),
-    "stroke": ("piston by a table", r"(fix piston first move linear )-", r"\1"),
-    "amplitude": ("damped sine", r"(force equal 0\.0\+5)\.0", r"\1.05"),
-}
+MISTAKES = tomllib.loads(Path(__file__).with_name("mistakes.toml").read_text(encoding="utf-8"))
 
 QUICK_MISTAKES = {
     *("stiffness, plain", "density before diameter", "overlap, plain", "a true peak, plain"),
