@@ -228,15 +228,6 @@ def test_a_force_at_a_jump_is_that_of_either_side() -> None:
             assert pulse.measured == pulse.expected == 100.0
 
 
-@pytest.mark.parametrize(("more", "stands"), [(1, [(13, 12)]), (2, [(14, 12), (13, 11)])])
-def test_a_count_may_stand_as_that_of_contacts(more: int, stands: list[tuple[int, int]]) -> None:
-    """Unless that number is the right count of granules."""
-    scene = scene_of("piston")
-    other = replace(scene, chain=replace(scene.chain, granules=12 + more))
-    case = given(scene, deck_of("piston", other))
-    assert probes._count(case).stands(0) == stands
-
-
 def test_granules_in_words() -> None:
     words = {"granule 4": [3], "granules 4 to 6": [3, 4, 5], "granules 4, 8": [3, 7],
              "all granules": range(20), "no granule": [],

@@ -378,13 +378,6 @@ def test_what_looks_can_find_is_what_they_do_find(
             assert np.all(sampled >= least * (1 - below))
 
 
-def test_steps_of_damped_contacts_are_by_default_for_a_smaller_accuracy() -> None:
-    scene = ALL["viscoelastic"]
-    assert deck_step(scene) == deck_step(scene, rtol=1e-4)
-    elastic = replace(scene, contact=None)
-    assert deck_step(elastic) == deck_step(elastic, rtol=1e-6)
-
-
 @pytest.mark.parametrize("rtol", [1e-3, pytest.param(1e-4, marks=pytest.mark.slow)])
 def test_the_step_is_one_for_the_wanted_accuracy(rtol: float) -> None:
     # First-order errors are erratic where contacts begin at a speed; 0.3 to 0.9 measured.

@@ -15,7 +15,6 @@ from hertzchain.examiner.lint.rules import lint_file
 from hertzchain.known.deck import KnownAnswer, Layout, deck
 from tests import scenes
 from tests.command_line import Command
-from tests.conftest import STEEL
 from tests.examiner.lint.test_lint import CLEAN, HEAP, ROOM, TRAPS, lint, planted
 from tests.places import ROOT
 
@@ -311,17 +310,6 @@ def test_nothing_is_said_of_generated_decks(name: str, pair_style: str, watch_ev
     assert lint(generated(scenes.load(name), watch_every, pair_style)) == []
 
 
-@pytest.mark.parametrize(
-    "radius", [1e-6, 50.0, *(pytest.param(r, marks=pytest.mark.slow) for r in (1e-4, 0.3))]
-)
-def test_nothing_is_said_of_generated_decks_of_any_size(radius: float) -> None:
-    size = radius / STEEL["radius"]  # of similar scenes: as many steps
-    times, forces = np.array([0.0, 1e-5, 2e-5, 5e-5]), np.array([10.0, 40.0, 100.0, 30.0])
-    pulse = hc.PulseTable(tuple(size * times), tuple(size**2 * forces))
-    scene = hc.Scene(hc.Chain(10, **{**STEEL, "radius": radius}), pulse)
-    assert lint(generated(scene, 1)) == []
-
-
 def test_a_chain_far_from_its_images_may_be_periodic() -> None:
     def in_a_box(x: float, y: float, flat: bool = False) -> list[Finding]:
         z = "-1e-4 1e-4" if flat else "-0.1 0.1"
@@ -336,14 +324,6 @@ def test_a_chain_far_from_its_images_may_be_periodic() -> None:
     # Of flat decks LAMMPS wants it in z.
     assert in_a_box(3, 3, flat=True) == []
     assert [finding.text[:13] for finding in in_a_box(3, 2, flat=True)] == ["y is periodic"]
-
-
-@pytest.mark.slow
-def test_a_deck_that_follows_a_long_table_is_read_in_seconds() -> None:
-    times = np.linspace(0, 1e-4, 501)
-    table = hc.PulseTable(tuple(times), tuple(100 * np.sin(np.pi * times / 1e-4) ** 2))
-    scene = hc.Scene(hc.Chain(10, **STEEL), table)
-    assert lint(generated(scene, 1)) == []
 
 
 def test_a_wall_whose_stiffness_is_given_may_be_rigid() -> None:

@@ -23,7 +23,6 @@ from hertzchain.examiner.lint.deck import Deck, Finding, script_of
 from hertzchain.examiner.lint.rules import RULES, findings, lint_file
 from tests.command_line import Command
 from tests.effort import effort
-from tests.test_public_names import modules_after
 
 CLEAN, HEAP, PLANTED = (
     Path(__file__).with_name(name).read_text(encoding="utf-8")
@@ -218,21 +217,6 @@ def test_static_loads_are_no_staircase_and_push_one_granule_each() -> None:
     }  # fmt: skip
 
 
-@pytest.mark.lammps
-def test_messages_have_the_numbers_of_the_deck() -> None:
-    def sentence(name: str, rule: str) -> str:
-        return next(f.text for f in lint(planted(TRAPS[name])) if f.rule == rule)
-
-    assert "that of granules that collide at 1:" in sentence(
-        "unstable steps of a striker", "step-length"
-    )
-    assert "temperature 1e20" in sentence("thermal velocities", "random-velocities")
-    assert sentence("a density in g/cm^3", "unusual-density").endswith(
-        "density = 7.958 kg/m^3 (usually 10 to 30000 kg/m^3)"
-    )
-    assert "the 10 granules of group first" in sentence("a force on ten", "force-on-all")
-
-
 def test_nothing_is_said_of_a_clean_deck_and_later_commands_count() -> None:
     assert lint(CLEAN) == []
     assert lint(CLEAN.replace("run 1000", DIAMETER + DENSITY + "run 1000")) == []
@@ -385,14 +369,6 @@ def test_variables_of_the_command_line(tmp_path: Path, hertzchain: Command) -> N
     assert hertzchain("lint", file, "--var", f"dt={step[0].split()[1]}").status == 0
     refused = hertzchain("lint", file, "--var", "n=")
     assert (refused.status, refused.err.count("\n")) == (2, 1)
-
-
-def test_numpy_is_not_needed() -> None:
-    code = (
-        "from pathlib import Path; from hertzchain.examiner.lint.rules import *;"
-        " findings(script_of(Path('a'), 'units si\\nrun 1\\n'))"
-    )
-    assert "numpy" not in modules_after(code)
 
 
 @pytest.mark.parametrize(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tomllib
 from pathlib import Path
 from typing import Any
 
@@ -48,102 +49,8 @@ fix motion all nve
 timestep 0.001
 """
 
-DECKS = {
-    "loops": """
-variable a loop 3
-variable sum equal 0
-variable s string ""
-label outer
-variable b index x y z
-label inner
-variable s string "${s}$b$a"
-next b
-jump SELF inner
-next a
-jump SELF outer
-""",
-    "jump out of a loop": """
-variable n equal 0
-variable i loop 10
-label top
-if "$i > 4" then "jump SELF out"
-variable kept equal $i
-next i
-jump SELF top
-label out
-variable after equal ${kept}*10
-""",
-    "exhausted": """
-variable i loop 2
-next i
-next i
-jump SELF nowhere
-variable reached equal 1
-""",
-    "if": """
-variable x equal 3
-if "${x} < 2" then "variable y string low" elif "${x} < 4" "variable y string middle" &
-   "variable z string both" else "variable y string high"
-if "$x == 3" then "variable v string bare" else
-if "(${x} == 3) && !(${x} < 2)" then "variable w string yes" else "variable w string no"
-if 'abc != abd' then "variable t string differ"
-if "${x} > 5" then "variable u string big" elif "${x} > 4" "variable u string large" &
- else 'variable u string small' "variable v string rest"
-""",
-    "continued, quoted, commented": '''
-variable a index 1   2 &
-   3 # a comment
-variable q string "with # inside"   # outside
-variable t string """with "both" inside"""
-variable c string 'single "double" inside'
-# a comment that goes on &
-variable swallowed string no
-variable d index one
-''',
-    "substituted": """
-variable k equal 2/3
-variable f format k %8.3f
-variable n string $(v_k*3:%.2f)
-variable m string $k_${k}_$(1+1)
-variable w equal v_k*2
-""",
-    "includes": """
-variable from string here
-include part.in
-variable back string ${from}
-if "1 == 1" then "include part.in" "variable twice string yes"
-""",
-    "jump to a file": """
-variable i index 1
-jump other.in there
-variable never string reached
-""",
-    "quit": """
-variable a string reached
-if "1 > 0" then quit
-variable b string never
-""",
-    "runs": BEADS
-    + """
-variable x equal xcm(all,x)
-variable here internal 0
-run 3
-run 10 upto
-run 4 pre no post no
-variable n equal 0
-run 7 every 2 "variable n equal ${n}+1" "displace_atoms all move 0.01 0 0"
-run 3 every 2 NULL
-run 5 start 0 stop 100
-variable steps equal $(step)
-""",
-    "clear": BEADS + "run 2\nclear\n" + BEADS + "run 3\nvariable steps equal $(step)\n",
-}
-
-FILES = {
-    "part.in": "variable from string part\nvariable counted index 7\njump SELF end\n"
-    "variable no string never\nlabel end\nvariable left string ${from}\n",
-    "other.in": "variable too_early string never\nlabel there\nvariable last string ${i}\n",
-}
+_TABLE = tomllib.loads(Path(__file__).with_name("interpreter.toml").read_text(encoding="utf-8"))
+DECKS, FILES = _TABLE["decks"], _TABLE["files"]
 
 
 def state(lammps: Any) -> dict[str, Any]:
