@@ -105,21 +105,10 @@ def granules_of(lammps: Session) -> Granules:
     first = int(np.argmax(np.ptp(place, axis=0)))
     chosen = [first, *(k for k in range(3) if k != first)]
     granules = Granules(
-        units=units,
-        frame=np.eye(3)[chosen],
-        order=np.arange(len(place)),
-        ids=ids.astype(np.int64),
-        types=types.astype(np.int64),
-        position=place,
-        velocity=velocity,
-        spin=spin,
-        radius=radius,
-        mass=mass,
-        low=low[chosen],
-        high=high[chosen],
-        boundary=" ".join(sides),
-        periodic=[sides[k] == "p" for k in chosen],
-    )
+        units, np.eye(3)[chosen], np.arange(len(place)), ids.astype(np.int64),
+        types.astype(np.int64), place, velocity, spin, radius, mass, low[chosen], high[chosen],
+        " ".join(sides), [sides[k] == "p" for k in chosen],
+    )  # fmt: skip
     straight = _turned(granules, granules.frame)
     if straight.is_chain or len(place) < _FEWEST_GRANULES:
         return straight
@@ -264,19 +253,9 @@ def probe(lammps: Session, sizes: Sizes) -> Probes:
     contacts, each = granules.count - 1, np.full(granules.count, np.nan)
     pressed, damped = (np.full((rows, contacts), np.nan) for rows in (len(DEPTHS), len(DAMPED)))
     nothing = Probes(
-        granules=granules,
-        contact_time=sizes.without_contacts(granules.units, lammps.dt()),
-        overlap=pressed,
-        contact_force=pressed,
-        closing=damped,
-        damped_overlap=damped,
-        damped_force=damped,
-        tangential_force=each,
-        drag=each,
-        walls=(),
-        integrated=integrated,
-        why_not=_why_not(granules, unit),
-    )
+        granules, sizes.without_contacts(granules.units, lammps.dt()), pressed, pressed,
+        damped, damped, damped, each, each, (), integrated, _why_not(granules, unit),
+    )  # fmt: skip
     if nothing.why_not is not None:
         return nothing
     try:
@@ -335,18 +314,10 @@ class Prober:
                 both = self._pressed(turn, depth * unit, speed)
                 damped_overlap[k, turn::2], damped[k, turn::2] = both
         frictions = [np.zeros(granules.count), *(self._friction(turn, time) for turn in turns)]
-        return replace(
-            nothing,
-            contact_time=time,
-            overlap=overlap,
-            contact_force=force,
-            closing=closing,
-            damped_overlap=damped_overlap,
-            damped_force=damped,
-            tangential_force=np.max(frictions, axis=0),
-            drag=drag,
-            walls=walls,
-        )
+        return Probes(
+            granules, time, overlap, force, closing, damped_overlap, damped,
+            np.max(frictions, axis=0), drag, walls, nothing.integrated,
+        )  # fmt: skip
 
     def ask(
         self, place: FloatArray, velocity: FloatArray, spin: FloatArray, steps: int = 0
@@ -473,17 +444,14 @@ class _Wall:
         ]
         self._prober.lammps.give(f"timestep {_SPIN_STEP * time!r}")
         off = self._ask(onset + self._sign * unit, 0.0, unit / time, steps=2)[2]
+        deep, push = ([*column] for column in list(zip(*tries, strict=True))[:2])
+        deeper, damping = ([*column] for column in list(zip(*damped, strict=True))[:2])
         return FoundWall(
-            end="last" if self._at_end else "first",
-            position=onset + self._sign * self._radius,
-            overlap=np.array([self._sign * (place - onset) for place, *_ in tries]),
-            force=np.array([force for _, force, *_ in tries]),
-            closing=np.array(closing),
-            damped_overlap=np.array([self._sign * (place - onset) for place, *_ in damped]),
-            damped_force=np.array([force for _, force, *_ in damped]),
-            tangential_force=float(np.max(np.abs(off[1:]))),
-            command=self._command(onset + self._sign * unit),
-        )
+            "last" if self._at_end else "first", onset + self._sign * self._radius,
+            self._sign * (np.array(deep) - onset), np.array(push), np.array(closing),
+            self._sign * (np.array(deeper) - onset), np.array(damping),
+            float(np.max(np.abs(off[1:]))), self._command(onset + self._sign * unit),
+        )  # fmt: skip
 
     def _onset(self, limit: float, ahead: float) -> float | None:
         """Place of the granule at which the wall begins to push it.
