@@ -344,13 +344,3 @@ def test_numbers_in_the_units_of_a_deck(
     for in_si, in_units, names in zip(*pairs, units, strict=True):
         for value, there, unit in zip(in_si, in_units, names, strict=True):
             assert value == pytest.approx(there * getattr(UNITS, unit) if unit else 0.0)
-
-
-def test_a_wrong_pitch_is_a_factor_unless_it_is_near_1() -> None:
-    scene = scene_of("piston")
-    for factor, count in ((1.01, 3), (1.003, 2)):
-        deck = times("position", factor)(deck_of("piston", scene))
-        case, _ = case_of(scene, deck, 1e-3, Deadline(60.0), {})
-        pairs = pairs_of(case, "distance of neighbours")
-        assert len(pairs) == count
-        assert (pairs[-1] == pytest.approx((factor, 1.0))) is (count == 3)

@@ -14,7 +14,6 @@ from hertzchain.engines.lammps.reading.text import Edits
 from hertzchain.errors import RunFailed, SceneError
 from hertzchain.examiner import examining
 from hertzchain.examiner.examined import DeckCheck, Finding, in_order
-from hertzchain.examiner.places import variables_of
 from tests.examiner.corpus import scene_of
 from tests.examiner.made import (
     STEP,
@@ -215,16 +214,6 @@ def test_damping_that_pulls(scene: hc.Scene, right: FoundDeck) -> None:
         check = by_name(examined(scene, changed(right, damped_force=damped)), "damping")
         assert not check.passed
         assert f"granules {how} with" in check.sentence
-
-
-def test_variables_that_use_themselves() -> None:
-    """As in a loop that adds to one: each definition is looked at once, the last one alone."""
-    texts = (
-        "variable a equal 0", "variable a equal 1", "variable b equal ${a}+v_b",
-        "set group all density ${b}",
-    )  # fmt: skip
-    commands = [Executed(text, "in.made", k, text) for k, text in enumerate(texts)]
-    assert variables_of(commands, 3) == [2, 1]
 
 
 def test_what_cannot_be_examined(scene: hc.Scene) -> None:

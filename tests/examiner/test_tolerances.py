@@ -218,12 +218,3 @@ def test_both_sides_of_a_number_that_stands_in_a_line(factor: int) -> None:
     for off, stands in ((2e-3 / 3, True), (6e-3, False)):
         pairs = [(3.0 * (1 + factor * off), 4.0)]
         assert places.with_number("set all 3.0", pairs) == ("set all 4" if stands else None)
-
-
-def test_the_largest_of_several_steps_counts(scene: hc.Scene, right: FoundDeck) -> None:
-    (run,) = right.runs
-    runs = (replace(run, steps=1000), replace(run, start=1000 * STEP, dt=STEP / 2, steps=3000))
-    done = examined(scene, changed(right, runs=runs))
-    assert by_name(done, "time step").measured == STEP
-    assert done.to_dict()["dt_s"] == STEP
-    assert done.to_correct == ()

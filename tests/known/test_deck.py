@@ -420,17 +420,3 @@ def test_a_weak_shock_passes_on_softer_granules(tmp_path: Path) -> None:
     expected = hc.Native(rtol=1e-7).run(weak).peak_force
     # Steps for an error of 1e-4.
     assert largest_difference(peaks(tmp_path), expected) < 1e-4
-
-
-def test_the_head_says_which_contacts_are_the_walls(tmp_path: Path) -> None:
-    ends: dict[str, Any] = dict.fromkeys(("wall", "near_wall"), hc.Wall("rigid"))
-    pulse = replace(PULSE, granule=2)
-    said = {
-        "wall": "Contact 7, on the screen, is the wall's.",
-        "near_wall": "Contact 1 is the near",
-    }
-    for kept in ((), ("wall",), ("near_wall",), ("wall", "near_wall")):
-        walls = {name: ends[name] for name in kept}
-        scene = replace(hc.Scene(hc.Chain(6, **STEEL), pulse, hc.Run(5e-5)), **walls)
-        text = " ".join(written(scene, tmp_path).read_text().replace("#", "").split())
-        assert {name for name, words in said.items() if words in text} == set(kept)

@@ -19,7 +19,7 @@ from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps.engine import command, engine
 from hertzchain.errors import HertzchainError, TooExpensive
 from hertzchain.examiner.lint import rules as traps
-from hertzchain.examiner.lint.deck import Deck, Finding, script_of
+from hertzchain.examiner.lint.deck import Finding, script_of
 from hertzchain.examiner.lint.rules import RULES, findings, lint_file
 from tests.command_line import Command
 from tests.effort import effort
@@ -369,11 +369,3 @@ def test_variables_of_the_command_line(tmp_path: Path, hertzchain: Command) -> N
     assert hertzchain("lint", file, "--var", f"dt={step[0].split()[1]}").status == 0
     refused = hertzchain("lint", file, "--var", "n=")
     assert (refused.status, refused.err.count("\n")) == (2, 1)
-
-
-@pytest.mark.parametrize(
-    ("text", "count"),
-    [("jump SELF again", 0), ("jump other.in SELF", 1), ("include a\nread_restart b", 2)],
-)
-def test_parts_that_are_elsewhere(text: str, count: int) -> None:
-    assert len(Deck(script_of(Path("in.chain"), text)).unread) == count
