@@ -83,7 +83,8 @@ def two_runs(deck: FoundDeck, start: float) -> FoundDeck:
     )  # fmt: skip
 
 
-@pytest.mark.parametrize("start", [0.0, 200 * STEP, 230 * STEP])
+# A start within a fiftieth of a step of one is that step.
+@pytest.mark.parametrize("start", [0.0, 200 * STEP, 230 * STEP, 230.06 * STEP])
 def test_a_shock_begins_with_the_run_that_fits(
     start: float, scene: hc.Scene, right: FoundDeck
 ) -> None:
@@ -91,7 +92,7 @@ def test_a_shock_begins_with_the_run_that_fits(
     moved = scene.applied_force(deck.applied_time - start)
     force = np.where(np.arange(20) == 0, moved[:, np.newaxis], 0.0)
     begun = measured.start_of_shock(changed(deck, applied_force=force), scene)
-    assert begun == pytest.approx(start, abs=1e-12)
+    assert begun == pytest.approx(start, abs=3e-3 * STEP)
     # One of another shape begins at the nearest run.
     begun = measured.start_of_shock(changed(deck, applied_force=force**2 / 100), scene)
     assert begun == min(start, 200 * STEP)
@@ -122,7 +123,12 @@ def test_a_piston_begins_to_move() -> None:
 
 @pytest.mark.parametrize(
     ("name", "until", "is_load"),
-    [("steel", 0.94, True), ("steel", 0.96, False), ("precompressed", 0.96, True)],
+    [
+        ("steel", 0.94, True),
+        ("steel", 0.96, False),
+        ("precompressed", 0.96, True),
+        ("precompressed", 1.1, False),
+    ],
 )
 def test_a_force_that_stays_is_a_load(name: str, until: float, is_load: bool) -> None:
     """For a twentieth of all time after the shock, unless the scene has static loads."""

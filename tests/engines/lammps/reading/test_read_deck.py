@@ -5,11 +5,14 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
 
 import hertzchain as hc
+from hertzchain.engines.lammps.reading import reading as assembling
 from hertzchain.engines.lammps.reading.contents import FoundDeck
 from tests.engines.lammps.reading.chains import BESIDE_PYTHON, SCENE, STEP, Deck, read_deck
 from tests.engines.lammps.test_bounds import whole_deck
@@ -277,3 +280,12 @@ def test_a_shock_in_the_far_half_may_have_the_wrong_sign(tmp_path: Path) -> None
     local = replace(SCENE, shock=hc.Pulse("cosine", 20.0, 2.0, rise_time=2e-5, granule=5))
     text = f"{NO_PUSH}group late id 5\nfix push late addforce -1 0 0 every 2"
     assert not read_deck(Deck(more=text, steps=20).write(tmp_path), local).reversed
+
+
+@pytest.mark.parametrize(("periodic", "gap"), [(True, 3.0 - 0.6 - 0.3), (False, None)])
+def test_the_gap_between_the_ends_through_a_boundary(periodic: bool, gap: float | None) -> None:
+    place, box = np.array([[0.3, 5.0], [0.6, 5.0], [0.9, 5.0]]), np.array([[-1.0, 0.0], [2.0, 7.0]])
+    granules = SimpleNamespace(periodic=[periodic, True], low=box[0], high=box[1], position=place,
+                               radius=np.array([0.1, 0.3, 0.2]))  # fmt: skip
+    probes = cast(Any, SimpleNamespace(granules=granules))
+    assert assembling._image_gap(probes) == (gap and pytest.approx(gap))
