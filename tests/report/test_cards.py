@@ -199,7 +199,7 @@ def test_the_sentence_of_an_examination(examination: hc.DeckExamination) -> None
     peaks = replace(examination.checks[-1], passed=False, effect=None)
     right = tuple(replace(check, passed=True) for check in examination.checks)
     others = {
-        "3 things are to correct in the deck.": examination,
+        "2 things are to correct in the deck.": examination,
         "One thing is to correct in the deck.": replace(
             examination, checks=(*right[:3], examination.to_correct[0], right[-1]), findings=()
         ),
