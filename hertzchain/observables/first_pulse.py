@@ -159,14 +159,14 @@ class Signals:
 
     def at_the_start(self, unit: float = 1.0) -> Any:
         """Return the signals as a watch takes them; ``unit`` is the natural unit of force."""
-        from hertzchain.observables.observer import observed_signals
+        from hertzchain.observables.observer import LEAST, signals_of
 
-        count = self.static.size
-        alone = np.stack([np.arange(count), np.full(count, -1)], axis=1)
-        places = np.concatenate([alone, np.reshape(np.array(self.places, np.int64), (-1, 2))])
-        return observed_signals(
-            places[:, 0], places[:, 1], self.static, self.slowness, self.law, unit
-        )
+        signals = signals_of(self.law, self.static, self.places)
+        signals["least"] = LEAST * (unit + signals["static"])
+        signals["slowness"][: self.slowness.size] = self.slowness
+        signals["above"] = signals["static"] + signals["least"]
+        signals["below"] = -np.inf
+        return signals
 
     def watch(self, unit: float = 1.0) -> Watch:
         """Return a watch for a run in these units; ``unit`` is the natural unit of force."""

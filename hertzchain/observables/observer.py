@@ -186,34 +186,6 @@ class Piece(NamedTuple):
     other_scale: float
 
 
-def observed_signals(
-    contact: NDArray[np.int64], other: NDArray[np.int64], static: FloatArray, slowness: FloatArray,
-    law: Any, unit: float = 1.0,
-) -> Any:  # fmt: skip
-    """Return the signals of contacts and of gauges in granules at the start of a run, in any units.
-
-    Parameters
-    ----------
-    contact, other
-        Places of the contacts of each signal, from 0; -1 for none, shape (signals,).
-    static
-        Static force of each contact, shape (contacts,).
-    slowness
-        Time unit times F^(1/6) of each contact; 0 where the drive has ended.
-    law
-        Stiffness and damping of each contact, exponent and attraction: a ``Chain`` or a
-        ``DampedLaw``.
-    unit
-        The natural unit of force.
-    """
-    signals = signals_of(contact, other, static, law)
-    signals["least"] = LEAST * (unit + signals["static"])
-    signals["slowness"][: slowness.size] = slowness
-    signals["above"] = signals["static"] + signals["least"]
-    signals["below"] = -np.inf
-    return signals
-
-
 def watch_of(signals: Any, contacts: int) -> Watch:
     """Return a watch on signals, the first of which are those of all contacts."""
     count = signals.size
@@ -226,17 +198,20 @@ def watch_of(signals: Any, contacts: int) -> Watch:
     )  # fmt: skip
 
 
-def signals_of(
-    contact: NDArray[np.int64], other: NDArray[np.int64], static: FloatArray, law: Any
-) -> Any:
-    """Return the signals of contacts, then of gauges in granules, with their law and static force.
+def signals_of(law: Any, static: FloatArray | None = None, pairs: Any = ()) -> Any:
+    """Return the signals of all contacts, then of gauges in granules, with their ``DampedLaw``.
 
-    Arguments are those of ``observed_signals``.
+    ``static`` is the static force of each contact, 0 by default; ``pairs`` are the places of both
+    contacts of each gauge, -1 for none. All is in the units of the law.
     """
+    contacts = law.stiffness.size
+    static = np.zeros(contacts) if static is None else static
+    alone = np.stack([np.arange(contacts), np.full(contacts, -1)], axis=1)
+    contact, other = np.concatenate([alone, np.reshape(np.array(pairs, np.int64), (-1, 2))]).T
     signals = np.zeros(contact.size, SIGNAL)
     has_other = other >= 0
     signals["contact"], signals["other"] = contact, other
-    signals["weight"] = np.where(np.arange(contact.size) >= static.size, 0.5, 1.0)
+    signals["weight"] = np.where(np.arange(contact.size) >= contacts, 0.5, 1.0)
     signals["fallen"] = len(FALLS)
     for name, values in (("stiffness", law.stiffness), ("damping", law.damping)):
         signals[name] = values[contact]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import threading
+import math
 import time
 from collections.abc import Callable
 from contextvars import ContextVar, Token
@@ -71,28 +71,18 @@ class Watched:
 
 
 class _Clock:
-    """Adds up the time in which any thread of a run does a certain work."""
+    """Adds up the time of a certain work; Numba lets one thread at a time prepare kernels."""
 
     def __init__(self) -> None:
-        self._lock = threading.Lock()
-        self._busy: set[int] = set()  # threads
-        self._begin = self._done = 0.0
+        self._begin, self._done = math.inf, 0.0
 
     @property
     def duration(self) -> float:
         """The time so far [s], including work that has not ended yet."""
-        with self._lock:
-            return self._done + (time.perf_counter() - self._begin if self._busy else 0.0)
+        return self._done + max(time.perf_counter() - self._begin, 0.0)
 
     def start(self) -> None:
-        with self._lock:
-            if not self._busy:
-                self._begin = time.perf_counter()
-            self._busy.add(threading.get_ident())
+        self._begin = min(self._begin, time.perf_counter())
 
     def stop(self) -> None:
-        with self._lock:
-            self._busy.discard(threading.get_ident())
-            if not self._busy and self._begin:
-                self._done += time.perf_counter() - self._begin
-                self._begin = 0.0
+        self._done, self._begin = self.duration, math.inf

@@ -221,12 +221,9 @@ class _Signal:
 
         places = contacts_of(scene, gauge)
         self._weight = 1.0 if gauge.granule is None else 0.5
-        count, self._time = motion.static.size, motion.time
-        every = observer.signals_of(
-            np.arange(count), np.full(count, -1), np.zeros(count), motion.law
-        )
+        self._time = motion.time
         unknown = np.full((1, self._time.size, len(places)), np.nan)
-        self._signals = every[places]
+        self._signals = observer.signals_of(motion.law)[places]
         self._motion = np.concatenate([motion.overlap[:, :, places], unknown])
         self._force = np.ascontiguousarray(motion.force[:, places])
         self._static = motion.static[places]

@@ -58,10 +58,11 @@ errors of steps above that are refused."""
 class PeakWatch:
     """Keeps the largest force of each contact, energy lost in dampers and impulses, from samples.
 
-    ``law`` is that of the contacts, in the units of the samples; ``inverse_mass`` is 1 / mass of
-    each granule, shape (granules,), 0 for those that move as a piston does; ``on_held`` says how
-    often the force of each contact counts in that on a wall and fixed granules: see
-    ``times_on_held``. If granule 1 is a piston, its impulse on granule 2 is kept, too.
+    ``force`` and ``time`` are those of peaks, (contacts,); times are NaN without a force. ``law``
+    is that of the contacts, in the units of the samples; ``inverse_mass`` is 1 / mass of each
+    granule, shape (granules,), 0 for those that move as a piston does; ``on_held`` says how often
+    the force of each contact counts in that on a wall and fixed granules: see ``times_on_held``. If
+    granule 1 is a piston, its impulse on granule 2 is kept, too.
     """
 
     def __init__(
@@ -71,30 +72,16 @@ class PeakWatch:
         from hertzchain.observables.observer import ROOM, signals_of
 
         self.inverse_mass, self._has_piston = inverse_mass, has_piston
-        contacts = np.arange(law.stiffness.size)
-        nothing, held = np.zeros(contacts.size), np.zeros(contacts.size)
+        self.signals, contacts = signals_of(law), law.stiffness.size
+        scale, at_most, at_least, at_touch, fastest, held, self.force = np.zeros((7, contacts))
+        self.time = np.full(contacts, np.nan)
         held[: len(on_held)] = on_held
-        self.signals = signals_of(contacts, np.full(contacts.size, -1), nothing, law)
-        is_first = has_piston & (contacts == 0)
+        is_integrated = law.is_damped | (held != 0) | (has_piston & (np.arange(contacts) == 0))
         self._loads = Loads(
-            force=np.zeros(contacts.size), time=np.full(contacts.size, np.nan),
-            scale=np.zeros(contacts.size), maxima=np.zeros((2, contacts.size)),
-            at_most=np.zeros(contacts.size), at_least=np.zeros(contacts.size),
-            at_touch=np.zeros(contacts.size), fastest=np.zeros(contacts.size), on_held=held,
-            is_integrated=law.is_damped | (held != 0) | is_first, sums=np.zeros(3),
-            room=np.zeros(ROOM),
+            self.force, self.time, scale, np.zeros((2, contacts)), at_most, at_least, at_touch,
+            fastest, held, is_integrated, np.zeros(3), np.zeros(ROOM),
         )  # fmt: skip
         self._until = 0.0
-
-    @property
-    def force(self) -> FloatArray:
-        """Peak force of each contact, (contacts,)."""
-        return self._loads.force
-
-    @property
-    def time(self) -> FloatArray:
-        """Times of peaks, (contacts,); NaN where there was no force."""
-        return self._loads.time
 
     @property
     def dissipated(self) -> float:

@@ -1,7 +1,9 @@
-"""Base classes of engines that step by velocity Verlet in another code."""
+"""Engines that step by velocity Verlet in another code: their results and bounds of errors."""
 
 from __future__ import annotations
 
+import itertools
+import math
 import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
@@ -10,21 +12,57 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any, ClassVar
 
+import numpy as np
 from numpy.typing import ArrayLike
 
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.external import backend as verlet
-from hertzchain.engines.external import recorded
-from hertzchain.engines.external.observation import Observation, Simulation
+from hertzchain.engines.external import step_error
+from hertzchain.engines.external.observation import Observation, Simulation, refuse_large
 from hertzchain.engines.external.program import find_program, run_program, work_folder
 from hertzchain.engines.external.readings import Granules
-from hertzchain.engines.external.rescaling import softening
-from hertzchain.limits import RTOL, TIME_LIMIT, Deadline, check_time_limit
+from hertzchain.engines.external.rescaling import predicted_loss, softening
+from hertzchain.errors import POSITIVE, Unpredictable, is_finite, is_positive, require
+from hertzchain.limits import RTOL, TIGHTEST, TIME_LIMIT, Deadline, check_time_limit
+from hertzchain.observables import error_bound
+from hertzchain.observables.contact_errors import ContactErrors, Peaks
 from hertzchain.observables.first_pulse import check_wanted, usually_wanted
-from hertzchain.observables.result import Result
-from hertzchain.observables.samples import wanted_times
-from hertzchain.scene.scene import Scene, SceneLike, refuse_terms, to_scene
+from hertzchain.observables.gauges import readings
+from hertzchain.observables.result import LostDigits, Result
+from hertzchain.observables.samples import History, wanted_times
+from hertzchain.observables.watch import PeakWatch
+from hertzchain.scene.scene import (
+    Scene,
+    SceneLike,
+    largest_overlap_ratio,
+    refuse_deep_overlap,
+    refuse_hopeless_overlap,
+    refuse_terms,
+    to_scene,
+)
 from hertzchain.scene.schedule import Leg
+
+# interval between readings [natural time units]: costs 7e-9 of a peak at dt = 0.01, goes as 1 / dt
+_READING_INTERVAL = 0.3
+_RECORDING_INTERVAL = 0.1  # natural time units; at 0.3 opening contacts leave 5e-5 in velocities
+_KINK_PER_STEP = 0.02  # error of a peak over the square of a given step [natural units]
+# least number of readings on a leg with enough steps: the work of a short pulse needs them
+_READINGS_PER_RAMP = 8
+_TRIES = 3  # most runs to get below the wanted error: the first step may be a little too long
+_HALVINGS = 6  # most halvings of the steps until an extrapolation is as good as wanted
+STABLE = 2.0  # largest product of step and frequency of velocity Verlet: see ``stable_step``
+# natural time units; above it, opening contacts may hide the error of two runs
+_ERRATIC_STEP = 0.05
+_PILOT_STEP = 0.04  # natural time units; step of the first run in the search for a wanted error
+_COARSEST_STEP = 0.065  # natural time units; step of the first of three extrapolated runs, for 1e-6
+_COARSEST_DAMPED_STEP = 0.008  # the same for damped contacts, for the first of four runs
+_PLAIN_IF_DAMPED = 1e-4  # relative error of the peaks below which first-order steps are too slow
+# largest fraction of the longest stable step where a step is chosen for damped contacts
+_UNSTABLE = 0.5
+
+Simulate = Callable[[Sequence[Leg], Sequence[int], FloatArray | None], Simulation]
+"""Function that runs a scene once, from legs, steps between readings on each, and times of a
+history.
+"""
 
 Code = Callable[[Scene, Sequence[Leg], Sequence[int], Observation], str]
 """Function that runs a scene with given steps and steps between readings on each leg, and passes
@@ -47,10 +85,10 @@ class ExternalEngine(ABC):
     TERMS: ClassVar[tuple[str, ...]] = ()
     """Terms that the code can simulate, by their names in ``Scene.terms``."""
 
-    dt: float | None
-    read_every: int | None
-    rtol: float
-    extrapolated: bool
+    dt: float | None  # largest step [s]; None for one with an estimated error of at most ``rtol``
+    read_every: int | None  # steps between readings, in the coarsest run; None for 0.3 time units
+    rtol: float  # wanted relative error of the peaks, where no step is given
+    extrapolated: bool  # peaks from two runs, one with half the steps of the other (Richardson)
     time_limit: float
     wanted: str | None
 
@@ -58,16 +96,17 @@ class ExternalEngine(ABC):
         """Refuse impossible parameters."""
         check_time_limit(self.time_limit)
         check_wanted(self.wanted)
-        _ = self._steps
+        if self.dt is not None:
+            require(is_positive(self.dt), "dt", self.dt, f"{POSITIVE} [s]")
+        if self.read_every is not None:
+            require(self.read_every >= 1, "read_every", self.read_every, "must be at least 1")
+        allowed = f"must be a number from {TIGHTEST:g} to below 1"
+        require(is_finite(self.rtol) and TIGHTEST <= self.rtol < 1, "rtol", self.rtol, allowed)
 
     @property
     def name(self) -> str:
         """Name of the code in options and columns, and the backend of a result."""
         return self.LABEL.lower()
-
-    @property
-    def _steps(self) -> verlet.Steps:
-        return verlet.Steps(self.dt, self.read_every, self.rtol, self.extrapolated)
 
     @abstractmethod
     def method_of(self, scene: Scene) -> str:
@@ -81,7 +120,8 @@ class ExternalEngine(ABC):
         """Return the time of a run on a fast machine [s]."""
         return steps * (self.FASTEST[0] + granules * self.FASTEST[1])
 
-    def _simulate(self, scene: Scene, deadline: Deadline) -> verlet.Simulate:
+    def runner(self, scene: Scene, deadline: Deadline) -> _Runner:
+        """Return what runs a scene by the code with given steps."""
         refuse_terms(scene, self.LABEL, self.TERMS)
         code = self._code(scene, deadline)
         first = (usually_wanted(scene) if self.wanted is None else self.wanted) == "first"
@@ -97,7 +137,7 @@ class ExternalEngine(ABC):
             seen = Observation(scene, scaling, legs, times, self.LABEL, first)
             return seen.simulation(code(scaling.scene(scene), seen.legs, strides, seen))
 
-        return simulate
+        return _Runner(scene, simulate, self)
 
     def run(self, scene: SceneLike, record: ArrayLike | None = None) -> Result:
         """Simulate a scene.
@@ -136,12 +176,299 @@ class ExternalEngine(ABC):
         begin = time.perf_counter()
         scene = with_end(scene, record, self.time_limit)
         times = None if record is None else wanted_times(record, scene.end_time)
-        simulate = self._simulate(scene, Deadline(self.time_limit))
-        method = self.method_of(scene)
-        result = verlet.run(scene, simulate, self._steps, times, self.LABEL, method)
+        runner = self.runner(scene, Deadline(self.time_limit))
+        refuse_hopeless_overlap(scene)
+        error_bound.refuse_strong_dampers(scene)
+        answer = runner.answer()
+        simulation, peaks, errors = answer.run, answer.peaks, answer.errors
+        if not answer.round_off < 1:
+            raise Unpredictable(
+                f"{self.LABEL} cannot resolve the overlaps of this scene in its coordinates: take"
+                " a shorter chain or a shorter pulse"
+            )
+        dt = max(leg.dt for leg in simulation.legs)
+        too_long = self.dt is not None and dt > error_bound.SHORT * scene.contact_time
+        error_bound.refuse_meaningless(self.LABEL, errors.least, too_long)
+        refuse_deep_overlap(largest_overlap_ratio(scene, peaks.force))
+        history = None if times is None else runner.history(simulation.legs, times)
+        first, contacts = errors.known(peaks.first), len(scene.contacts)
+        errors = errors.in_units(scene.contact_time)
         engine: Any = self  # a dataclass
-        engines = replace(engine, dt=result.dt), replace(engine, dt=result.dt / 2)
-        return replace(result, wall_time=time.perf_counter() - begin, engines=engines)
+        return Result(
+            scene=scene,
+            backend=self.name,
+            scheme="velocity-verlet",
+            method=self.method_of(scene) + ", extrapolated" * runner.extrapolated,
+            dt=dt,
+            steps=answer.steps,
+            force_evaluations=answer.steps,
+            peak_force=peaks.force,
+            peak_time=peaks.time,
+            peak_passed=peaks.passed,
+            error_estimate=errors.largest,
+            displacement=simulation.displacement[scene.first_granule :],
+            velocity=simulation.velocity[scene.first_granule :],
+            balance=simulation.balance,
+            history=history,
+            wall_time=time.perf_counter() - begin,
+            versions={self.name: simulation.version},
+            lost_digits=LostDigits(
+                simulation.scaling.scene(scene).chain.first_modulus,
+                predicted_loss(scene, simulation.steps),
+                answer.round_off,
+            ),
+            first_pulses=first and first.part(slice(contacts)),
+            errors=errors.of_contacts(contacts),
+            gauges=readings(scene, first, errors),
+            engines=(replace(engine, dt=dt), replace(engine, dt=dt / 2)),
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class _Answer:
+    """Peaks in SI units with bounds of their errors, and the run for all other results."""
+
+    run: Simulation
+    peaks: Peaks
+    steps: int
+    errors: ContactErrors  # arrivals in natural time units
+    round_off: float
+
+
+@dataclass(frozen=True)
+class _Runner:
+    """Runs one scene with one code and the options of its engine."""
+
+    scene: Scene
+    once: Simulate
+    engine: ExternalEngine
+
+    @property
+    def order(self) -> int:
+        """Order of velocity Verlet; 1 with damping, which uses velocities half a step earlier."""
+        return 2 if self.scene.contact is None else 1
+
+    @property
+    def extrapolated(self) -> bool:
+        """True if peaks are extrapolated: on request, or for damped contacts with high accuracy.
+
+        Errors of dashpots that close at a speed are not proportional to a power of the step, and
+        remain.
+        """
+        engine = self.engine
+        needed = self.order == 1 and engine.dt is None and engine.rtol < _PLAIN_IF_DAMPED
+        return engine.extrapolated or (needed and not step_error.touches_at_a_speed(self.scene))
+
+    @property
+    def _halvings(self) -> int:
+        """Least number of halvings of the steps: two runs to extrapolate from, others to judge."""
+        return 2 if self.order == 2 else 3
+
+    @property
+    def _has_rivals(self) -> bool:
+        """True if a later blow, with an error of its own, may be the hardest one.
+
+        Damping weakens later blows, of which only maxima near the highest one are kept.
+        """
+        return self.scene.contact is None and not self.scene.is_plain
+
+    def answer(self) -> _Answer:
+        return self._extrapolated() if self.extrapolated else self._plain()
+
+    def peaks_alone(self, dt: float) -> tuple[FloatArray, int]:
+        """Peak forces [N], (contacts,), and the number of steps, of one run or both needed."""
+        legs = self.scene.schedule(2 * dt if self.engine.extrapolated else dt)
+        strides = [self.stride(leg, recording=False) for leg in legs]
+        coarse = self.simulate(legs, strides)
+        if not self.engine.extrapolated:
+            return coarse.peaks.force, coarse.steps
+        halved = tuple(leg.in_steps(2 * leg.steps) for leg in legs)
+        finer = self.simulate(halved, [2 * stride for stride in strides])
+        return self.extrapolated_from(coarse, finer).force, coarse.steps + finer.steps
+
+    def history(self, legs: Sequence[Leg], times: FloatArray) -> History:
+        """Record a history in a further run with closer readings; the peaks stay unchanged."""
+        strides = [self.stride(leg, recording=True) for leg in legs]
+        recorder = self.simulate(legs, strides, times).recorder
+        assert recorder is not None
+        return recorder.history(times, first=self.scene.first_granule)
+
+    def simulate(
+        self, legs: Sequence[Leg], strides: Sequence[int], times: FloatArray | None = None
+    ) -> Simulation:
+        error_bound.refuse_unstable(self.scene, legs, STABLE, "velocity-verlet")
+        return self.once(legs, strides, times)
+
+    def _plain(self) -> _Answer:
+        """Run with the given step, or with one whose error is as small as wanted."""
+
+        def peaks_at(dt: float) -> FloatArray:
+            return self._rough(self.scene.schedule(dt)).seen.wanted
+
+        dt = self.engine.dt or self._step_for(peaks_at)
+        for _ in range(_TRIES):
+            legs = self.scene.schedule(dt)
+            strides = [self.stride(leg, recording=False) for leg in legs]
+            run = self.simulate(legs, strides)
+            lost = run.round_off(self.scene)
+            rest = step_error.interpolation_error(self.scene, legs, strides)
+            rest += run.peaks.reading_error + lost
+            errors = self._errors_of_plain(legs, run, rest)
+            if self._is_enough(errors, rest + lost):
+                break
+            excess = self.engine.rtol / errors.wanted
+            if self.order == 2:
+                dt *= max(0.25, 0.9 * math.sqrt(excess))
+            else:
+                dt *= max(0.05, 0.9 * excess)
+        return _Answer(run, run.seen, run.steps, errors, lost)
+
+    def extrapolated_from(self, coarse: Simulation, fine: Simulation) -> Peaks:
+        """Return peaks extrapolated from two runs."""
+        longest = max(leg.dt for leg in coarse.legs)
+        return step_error.extrapolate(coarse.seen, fine.seen, self.order, longest)
+
+    def _extrapolated(self) -> _Answer:
+        """Extrapolate from two runs, read at the same times; a third run gives the error.
+
+        Damped contacts need a fourth run: two extrapolations can agree by chance.
+        """
+        needed = self._halvings + 1
+        legs = self.scene.schedule(
+            self._coarsest_step() if self.engine.dt is None else 2**self._halvings * self.engine.dt
+        )
+        strides = [self.stride(leg, recording=False) for leg in legs]
+        runs: list[Simulation] = []
+        for k in range(needed + _HALVINGS):
+            finer = tuple(leg.in_steps(2**k * leg.steps) for leg in legs)
+            apart = [2**k * stride for stride in strides]
+            runs = [*runs[1 - needed :], self.simulate(finer, apart)]
+            if len(runs) < needed:
+                continue
+            limits = [self.extrapolated_from(*pair) for pair in itertools.pairwise(runs)]
+            after, last = limits[-1], runs[-1]
+            grows, lost = 2**self.order, runs[-2].round_off(self.scene)
+            lost = (grows * last.round_off(self.scene) + lost) / (grows - 1)
+            rest = lost + step_error.interpolation_error(self.scene, finer, apart)
+            rest += (grows * last.peaks.reading_error + runs[-2].peaks.reading_error) / (grows - 1)
+            errors = self._errors_of_extrapolated(limits, runs[-2].peaks, finer, last.peaks, rest)
+            if self._is_enough(errors, rest + lost):
+                break
+        return _Answer(last, after, runs[-2].steps + last.steps, errors, lost)
+
+    def _errors_of_extrapolated(
+        self, extrapolated: Sequence[Peaks], before: PeakWatch, legs: Sequence[Leg],
+        peaks: PeakWatch, rest: float,
+    ) -> ContactErrors:  # fmt: skip
+        """Return bounds of the errors of the last extrapolation, on legs.
+
+        ``before`` are the peaks of the run with steps twice as long.
+        """
+        scene, last = self.scene, extrapolated[-1]
+        gain, per_unit = step_error.least_gain(scene), 1 / scene.contact_time
+        pairs = itertools.pairwise(reversed(extrapolated))
+        differences = [finer.differences(other).in_units(per_unit) for finer, other in pairs]
+        weights = [gain**-later for later in range(len(differences))]
+        safety, by_chance = step_error.extrapolation_safety(scene, legs, peaks, last.any_rising)
+        errors = safety.bounds(differences, weights, rest + by_chance)
+        other, weight = before if self._has_rivals else None, 3 / (2**self.order - 1)
+        rivals = step_error.rival_errors(peaks, last.force, other, weight)
+        return step_error.with_rivals(errors, rivals, last, np.add)
+
+    def _step_for(self, peaks_at: Callable[[float], FloatArray]) -> float:
+        """Return the step [s] for the wanted error, by trials."""
+        scene, wanted = self.scene, self.engine.rtol
+        pilot = _PILOT_STEP * scene.contact_time
+        if scene.contact is None:
+            safety = error_bound.second_order_safety(scene, 0.0, rising=False)
+            return error_bound.step_for(peaks_at, pilot, wanted, safety)
+        longest = _UNSTABLE * error_bound.stable_step(scene, STABLE)
+        safety = error_bound.first_order_safety(scene, rising=False)
+        return min(error_bound.step_for(peaks_at, min(pilot, longest), wanted, safety, 1), longest)
+
+    def _coarsest_step(self) -> float:
+        """Return the first step to extrapolate from [s]; longer steps cannot be extrapolated."""
+        unit, part = self.scene.contact_time, self.engine.rtol / 1e-6
+        if self.scene.contact is None:  # of fourth order
+            return min(_COARSEST_STEP * math.pow(part, 1 / 4), 0.4) * unit
+        longest = _UNSTABLE * error_bound.stable_step(self.scene, STABLE)
+        wanted = 0.1 * self.engine.rtol  # runs are read after each of these steps, or more rarely
+        longest = min(longest, step_error.damped_interval(self.scene, wanted, wanted))
+        return min(min(_COARSEST_DAMPED_STEP * math.sqrt(part), 0.2) * unit, longest)
+
+    def _is_enough(self, errors: ContactErrors, rest: float) -> bool:
+        """Return whether shorter steps are unnecessary, or useless because of the other errors."""
+        is_enough = errors.wanted <= self.engine.rtol or errors.share * errors.wanted <= rest
+        return self.engine.dt is not None or is_enough
+
+    def _rough(self, legs: Sequence[Leg]) -> Simulation:
+        """Make a run that only estimates the error of another, read as rarely as possible."""
+        return self.simulate(legs, [self._longest_stride(leg) for leg in legs])
+
+    def stride(self, leg: Leg, recording: bool) -> int:
+        """Return the steps between two readings on a leg."""
+        if self.engine.read_every is not None:
+            return self.engine.read_every
+        stride = self._longest_stride(leg)
+        if recording:
+            stride = min(stride, int(_RECORDING_INTERVAL * self.scene.contact_time / leg.dt))
+        if leg.ramp is not None:
+            stride = min(stride, leg.steps // _READINGS_PER_RAMP)
+        return max(1, stride)
+
+    def _longest_stride(self, leg: Leg) -> int:
+        """Steps between readings that cost as much as round-off, or 0.1 of the wanted error."""
+        unit = self.scene.contact_time
+        if self.scene.contact is not None:
+            return max(1, int(min(leg.steps, self._damped_interval(leg) / leg.dt)))
+        interval = _READING_INTERVAL * math.pow(0.01 * unit / leg.dt, 1 / 8)
+        if self.engine.dt is None:
+            interval = min(
+                interval, math.pow(0.1 * self.engine.rtol / step_error.INTERPOLATION, 1 / 8)
+            )
+        if error_bound.amplifies_errors(self.scene):
+            asked, step = self.engine.dt, leg.dt / unit
+            error = 0.1 * self.engine.rtol if asked is None else _KINK_PER_STEP * step**2
+            interval = min(interval, math.pow(error / step_error.KINK, 1 / 3.5))
+        return max(1, int(min(leg.steps, interval * unit / leg.dt)))
+
+    def _damped_interval(self, leg: Leg) -> float:
+        """Longest interval between readings of damped contacts [s]."""
+        if not self.extrapolated:  # as native reads, so that only the steps count
+            return step_error.damped_interval_at(self.scene, leg.dt)
+        if self.engine.dt is None:
+            wanted = 0.1 * self.engine.rtol
+            return step_error.damped_interval(self.scene, wanted, wanted)
+        finest = leg.dt / 2**self._halvings
+        by_steps = finest * max(1 / self.scene.contact_time, error_bound.highest_rate(self.scene))
+        return step_error.damped_interval(self.scene, 0.01 * by_steps**2, 0.1 * by_steps)
+
+    def _errors_of_plain(self, legs: Sequence[Leg], run: Simulation, rest: float) -> ContactErrors:
+        """Return bounds of the errors of a run, from runs with other steps."""
+        scene, rising = self.scene, run.seen.any_rising
+        stable, longest = error_bound.stable_step(scene, STABLE), max(leg.dt for leg in legs)
+        natural_step = longest / scene.contact_time
+        others = [error_bound.coarser_run(legs, stable, self.order)]
+        safety = error_bound.second_order_safety(scene, natural_step, rising)
+        if self.order == 1:  # contacts that close at a speed do so anywhere within a step
+            safety = error_bound.first_order_safety(scene, rising)
+        erratic = self.order == 1 or rising or error_bound.amplifies_errors(scene)
+        if erratic or natural_step > _ERRATIC_STEP:
+            others.append(error_bound.finer_run(legs, self.order))
+        rough = [self._rough(other.legs) for other in others]
+        weights, per_unit = [other.weight for other in others], 1 / scene.contact_time
+        differences = [run.seen.differences(other.seen).in_units(per_unit) for other in rough]
+        touch = step_error.touch_error(scene, legs, run.peaks)
+        errors = safety.bounds(differences, weights, rest, touch)
+        if not self._has_rivals:
+            return errors
+        rivals = [
+            step_error.rival_errors(run.peaks, run.peaks.force, other.peaks, safety.factor * weight)
+            for other, weight in zip(rough, weights, strict=True)
+        ]
+        return step_error.with_rivals(
+            errors, np.maximum.reduce(rivals) + rest, run.seen, np.maximum
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -214,14 +541,14 @@ class ProgramEngine(ExternalEngine):
         def run(
             scene: Scene, legs: Sequence[Leg], strides: Sequence[int], seen: Observation
         ) -> str:
-            recorded.refuse_large(legs, strides, scene.bodies)
+            refuse_large(legs, strides, scene.bodies)
             text = edit(self.WRITER.watched(scene, legs, strides))
             with work_folder(self.LABEL) as folder:
                 (folder / self.FILE).write_text(text, encoding="ascii")
                 command = self._command(program)
                 run_program(command, folder, deadline, self.LABEL, **self.ENVIRONMENT)
                 record = self._found(folder, scene)
-            recorded.observe(seen, record.rest, record.readings, strides, record.wall_force)
+            seen.replay(record.rest, record.readings, strides, record.wall_force)
             return record.version
 
         return run

@@ -14,6 +14,7 @@ from hertzchain.engines.external import readings
 from hertzchain.engines.external.rescaling import Softening, round_off
 from hertzchain.engines.external.terms import wall_position
 from hertzchain.errors import OverlapTooLarge, RunFailed
+from hertzchain.limits import refuse_memory
 from hertzchain.observables.contact_errors import Peaks
 from hertzchain.observables.error_bound import SHORTER, diverged
 from hertzchain.observables.first_pulse import Signals
@@ -22,6 +23,13 @@ from hertzchain.observables.samples import DampedLaw, Recorder, Samples
 from hertzchain.observables.watch import PeakWatch, Watch
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
+
+_BYTES = 180  # least bytes of memory for a granule in a reading; measured for a dump: 187
+
+
+def refuse_large(legs: Sequence[Leg], strides: Sequence[int], granules: int) -> None:
+    """Refuse a run whose readings do not fit into memory."""
+    refuse_memory(float(_BYTES) * readings.count_readings(legs, strides) * granules)
 
 
 class Observation:
@@ -95,6 +103,31 @@ class Observation:
         self._watch.update(samples, leg, leg.dt / 2)
         self._samples = samples
         self._velocity = arrays[-1, 1] / self._scaling.time
+
+    def replay(
+        self, at_rest: readings.Granules, arrays: FloatArray, strides: Sequence[int],
+        wall_force: FloatArray | None = None,
+    ) -> None:  # fmt: skip
+        """Add all readings that a run left in files, at the given steps of each leg.
+
+        Arrays and the force on the wall are those of ``update``; a corner has two readings, with
+        the force before and after it. Other numbers of readings raise RunFailed.
+        """
+        wanted = readings.count_readings(self.legs, strides)
+        if len(arrays) != wanted:
+            raise RunFailed(
+                f"{self.code} left {len(arrays)} readings, not the {wanted} it was asked for"
+            )
+        self.begin(at_rest)
+        at = 0
+        for number, (leg, stride) in enumerate(zip(self.legs, strides, strict=True)):
+            time = readings.reading_times(leg, stride)
+            for first in range(0, time.size - 1, readings.BLOCK):
+                span = slice(first, min(first + readings.BLOCK + 1, time.size))
+                block = slice(at + span.start, at + span.stop)
+                on_wall = None if wall_force is None else wall_force[block]
+                self.update(number, time[span], arrays[block], on_wall)
+            at += time.size
 
     def simulation(self, version: str) -> Simulation:
         """Return the results after the last leg."""

@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.external import backend as verlet
 from hertzchain.engines.external.engine import Code, ExternalEngine
 from hertzchain.engines.external.observation import Observation
 from hertzchain.engines.external.program import work_folder
@@ -171,8 +170,7 @@ class Lammps(ExternalEngine):
                     within, scene, time_limit=self.time_limit
                 )
                 return peaks_and_steps
-        simulate = self._simulate(scene, Deadline(self.time_limit))
-        return verlet.peaks_alone(scene, simulate, self._steps, self.dt)
+        return self.runner(scene, Deadline(self.time_limit)).peaks_alone(self.dt)
 
     def _code(self, scene: Scene, deadline: Deadline) -> Code:  # noqa: ARG002 - it can run all
         if self.lmp is None:

@@ -7,12 +7,14 @@ from pathlib import Path
 from types import ModuleType
 from typing import ClassVar
 
-from hertzchain.engines.external import recorded
+import numpy as np
+
+from hertzchain.arrays import FloatArray
 from hertzchain.engines.external.engine import Found, ProgramEngine
 from hertzchain.engines.external.readings import Granules
 from hertzchain.engines.external.terms import refuse_damping_of_wall
 from hertzchain.engines.yade import deck
-from hertzchain.engines.yade.damping import refuse_damping
+from hertzchain.errors import RunFailed
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.terms import ALL_TERMS
 
@@ -72,19 +74,40 @@ class Yade(ProgramEngine):
         return "velocity-verlet, MindlinPhys"
 
     def _refuse(self, scene: Scene) -> None:
-        refuse_damping(scene.contact)
         refuse_damping_of_wall("Yade", scene)
+        contact = scene.contact
+        if contact is not None and contact.restitution is None:
+            raise RunFailed(
+                f"Yade has no {contact.damping} damping with Hertz's law: take damping ="
+                ' "restitution", or another backend'
+            )
+        if contact is not None and contact.attraction:
+            raise RunFailed(
+                "contacts never pull in Yade: leave out attraction, or take another backend"
+            )
 
     def _command(self, program: str) -> list[str]:
         return [program, "-n", "-x", "-j1", self.FILE]
 
     def _found(self, folder: Path, scene: Scene) -> Found:
         granules = scene.chain.granules
-        rest = recorded.read_array(folder / deck.AT_REST, (3, None), self.LABEL)
-        readings = recorded.read_array(folder / deck.READINGS, (None, 3, granules), self.LABEL)
+        rest = read_array(folder / deck.AT_REST, (3, None))
+        readings = read_array(folder / deck.READINGS, (None, 3, granules))
         wall_force = None
         if scene.wall is not None:
             path = folder / deck.WALL_FORCE
-            wall_force = recorded.read_array(path, (len(readings),), self.LABEL)
+            wall_force = read_array(path, (len(readings),))
         version = (folder / deck.VERSION).read_text(encoding="utf-8")
         return Found(version, Granules(*rest), readings, wall_force)
+
+
+def read_array(path: Path, shape: tuple[int | None, ...]) -> FloatArray:
+    """Read an array that a run left in a file (.npy); in ``shape`` None stands for any length."""
+    try:
+        array = np.load(path, allow_pickle=False)
+    except (OSError, ValueError, EOFError) as problem:
+        raise RunFailed(f"Yade left no readings that can be read ({problem})") from None
+    right = array.dtype == np.float64 and array.ndim == len(shape)
+    if not right or any(n not in (None, m) for n, m in zip(shape, array.shape, strict=True)):
+        raise RunFailed("Yade left readings of another shape: is the disk full?")
+    return np.asarray(array, np.float64)

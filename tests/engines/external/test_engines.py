@@ -19,9 +19,9 @@ import hertzchain as hc
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.external.observation import Observation
 from hertzchain.engines.external.readings import Granules, stops
-from hertzchain.engines.external.recorded import observe, read_array
 from hertzchain.engines.external.rescaling import NONE
 from hertzchain.engines.liggghts import deck as liggghts_deck
+from hertzchain.engines.yade.backend import read_array
 from hertzchain.errors import BackendMissing, RunFailed, StepUnstable, TooExpensive, Unpredictable
 from hertzchain.known import answer
 from hertzchain.observables.peaks import largest_difference
@@ -257,7 +257,7 @@ def test_readings_that_are_missing_or_too_many_are_refused() -> None:
     for count in (wanted - 1, wanted + 1):
         seen = Observation(scene, NONE, legs, None, "Yade")
         with pytest.raises(RunFailed, match=f"left {count} readings, not the {wanted} it was"):
-            observe(seen, rest, np.zeros((count, 3, 3)), strides)
+            seen.replay(rest, np.zeros((count, 3, 3)), strides)
 
 
 @pytest.mark.parametrize(
@@ -281,17 +281,17 @@ def test_granules_faster_than_all_the_impulse_in_one_have_diverged(
     refused = pytest.raises(StepUnstable, match="the Yade run diverged: its step is too long")
     seen = Observation(scene, NONE, legs, None, "Yade")
     with refused if diverges else nullcontext():
-        observe(seen, rest, readings, [stride] * len(legs))
+        seen.replay(rest, readings, [stride] * len(legs))
 
 
 def test_arrays_that_are_no_readings_are_refused(tmp_path: Path) -> None:
     path = tmp_path / "readings.npy"
     with pytest.raises(RunFailed, match="Yade left no readings that can be read"):
-        read_array(path, (None, 3, 5), "Yade")
+        read_array(path, (None, 3, 5))
     for wrong in (np.zeros((2, 3, 4)), np.zeros(5), np.zeros((2, 3, 5), np.float32)):
         np.save(path, wrong)
         with pytest.raises(RunFailed, match="Yade left readings of another shape"):
-            read_array(path, (None, 3, 5), "Yade")
+            read_array(path, (None, 3, 5))
     path.write_bytes(path.read_bytes()[:60])
     with pytest.raises(RunFailed, match="Yade left"):
-        read_array(path, (None, 3, 5), "Yade")
+        read_array(path, (None, 3, 5))

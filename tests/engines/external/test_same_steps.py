@@ -11,7 +11,6 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.external.backend import _Runner
 from hertzchain.engines.external.engine import ProgramEngine
 from hertzchain.engines.native.methods import METHODS
 from hertzchain.errors import RunFailed
@@ -96,7 +95,7 @@ def refuse_other_motion(engine: Any, scene: hc.Scene) -> None:
     dt = min(STEP * scene.contact_time, stable_step(scene, METHODS["velocity-verlet"].interval) / 2)
     # Peaks interpolated between readings further apart are off by more where elastic contacts open.
     legs, other = scene.schedule(dt), engine(dt=dt, read_every=2 if scene.contact is None else None)
-    runner = _Runner(scene, other._simulate(scene, Deadline(60.0)), other._steps)
+    runner = other.runner(scene, Deadline(60.0))
     # One run, without those that tell its error.
     run = runner.simulate(legs, [runner.stride(leg, recording=False) for leg in legs])
     native = hc.Native("velocity-verlet", dt).run(scene)
