@@ -140,33 +140,14 @@ class ExternalEngine(ABC):
         return _Runner(scene, simulate, self)
 
     def run(self, scene: SceneLike, record: ArrayLike | None = None) -> Result:
-        """Simulate a scene.
-
-        Parameters
-        ----------
-        scene
-            What to simulate, or the path of its file.
-        record
-            When to keep displacement, velocity and contact force: increasing times [s] within the
-            run, or a whole number of frames, equally spaced from 0 to the end.
+        """Simulate a scene; arguments and errors are those of ``Native.run``, and two more.
 
         Raises
         ------
-        SceneError
-            If the argument is neither a scene nor the path of a scene file, or for impossible
-            times.
         BackendMissing
             If the code is not installed.
-        StepUnstable
-            If the given step is so long that the motion diverges.
-        Unpredictable
-            If rounding errors grow until no digit is left.
-        OverlapTooLarge
-            If granules would be pressed into one another by more than a radius.
         RunFailed
             If the code stops with an error or crashes, or cannot simulate this scene.
-        TooExpensive
-            If it takes longer than the time limit.
         """
         return self._run(to_scene(scene), record)
 

@@ -32,29 +32,10 @@ class Liggghts(ProgramEngine):
 
     Parameters
     ----------
-    dt
-        The largest step [s]; by default one whose estimated error is at most ``rtol``.
-    read_every
-        Steps between two readings of the state, in the coarsest run where ``extrapolated``; the
-        default gives intervals of at most 0.3 natural time units.
-    rtol
-        Wanted relative error of the peaks, where no step is given.
-    extrapolated
-        Whether peaks and their times are extrapolated from two runs, one with half the steps of the
-        other (Richardson); see ``Lammps``.
     program
         Path of the program, or its name on the search path.
-    time_limit
-        Time limit of a run [s], including the search for its step and its error.
-    wanted
-        The forces for which ``rtol`` holds: ``all`` for the largest forces, or ``first`` for first
-        pulses. The default is that of ``Native``.
-
-    Raises
-    ------
-    SceneError
-        For a step or a time limit that is not a finite number above 0, readings less than one step
-        apart, or an error that is not between 0 and 1.
+    dt, read_every, rtol, extrapolated, time_limit, wanted
+        As for ``Lammps``; impossible ones raise a SceneError.
     """
 
     LABEL: ClassVar[str] = "LIGGGHTS"

@@ -16,12 +16,7 @@ from typing import Any
 import numpy as np
 
 from hertzchain.observables.compiling import ONE, compiled
-from hertzchain.observables.interpolant import (
-    hermite,
-    quintic,
-    slope_at,
-    value_at,
-)
+from hertzchain.observables.interpolant import hermite, quintic, slope_at, value_at
 from hertzchain.observables.observer import (
     acting_force,
     acting_rate,
@@ -160,26 +155,15 @@ def _root(
         if s >= right:
             return right
         value = sign * margin(value_at(curve, s), slope_at(curve, s) / h, i, pressing, c)
-        left, right, at_left, at_right, side = _narrowed(
-            left, right, at_left, at_right, s, value, value > 0.0, side
-        )
+        if value > 0.0:
+            at_left = at_left / 2 if side == 1 else at_left
+            right, at_right, side = s, value, 1
+        else:
+            at_right = at_right / 2 if side == -1 else at_right
+            left, at_left, side = s, value, -1
         if right - left < 1e-15 or value == 0.0:
             break
     return right
-
-
-@compiled
-def _narrowed(
-    left: float, right: float, at_left: float, at_right: float, s: float, value: float,
-    is_beyond: bool, side: int,
-) -> Any:  # fmt: skip
-    """Narrow the bracket of a root, with s before or beyond it, by the method of Illinois.
-
-    If the same end stays twice in a row, its value is halved. ``side`` is the end that moved last.
-    """
-    if is_beyond:
-        return left, s, at_left / 2 if side == 1 else at_left, value, 1
-    return s, right, value, at_right / 2 if side == -1 else at_right, -1
 
 
 @compiled
