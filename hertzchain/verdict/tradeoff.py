@@ -155,10 +155,10 @@ def _scipy(scene: Scene, rtol: float) -> Outcome:
 
     With terms it ends at each contact that opens or closes, too.
     """
-    from hertzchain.engines.native.as_written import SAMPLES, simulate_in_scipy
+    from hertzchain.engines.native.as_written import simulate_in_scipy
 
-    samples, limit = SAMPLES if scene.contact is None else _DAMPER_SAMPLES, Deadline(TIME_LIMIT)
-    run = simulate_in_scipy(scene, rtol, limit, longer=_SCIPY_STEP_FACTOR, samples=samples)
+    limit, longer = Deadline(TIME_LIMIT), _SCIPY_STEP_FACTOR
+    run = simulate_in_scipy(scene, rtol, limit, longer=longer, samples=_DAMPER_SAMPLES)
     return Outcome(run.peaks.force * scene.units.force, run.evaluations)
 
 

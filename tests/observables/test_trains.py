@@ -115,6 +115,27 @@ def test_what_is_a_pulse(scene: hc.Scene, contact: int, expected: int) -> None:
     assert strong["force_N"].max() == pytest.approx(result.peak_at(contact), rel=1e-6)
 
 
+@pytest.mark.parametrize("granules", [12, 13])
+def test_waves_that_cross_are_reflected_alike(granules: int) -> None:
+    """By symmetry equal waves meet in the middle contact as at a rigid wall, a fixed granule."""
+    ends, half = [1.0, *[0.0] * (granules - 2), -1.0], (granules + 1) // 2
+    whole = hc.Scene(hc.Chain(granules, velocity=ends, **STEEL), hc.Moving(), hc.Run(1.8e-4))
+    held = hc.Scene(hc.Chain(half, **STEEL), hc.Striker(1.0), whole.run, wall=hc.Wall("rigid"))
+    if granules % 2:
+        chain = hc.Chain(half, fixed=[False] * (half - 1) + [True], **STEEL)
+        held = hc.Scene(chain, hc.Striker(1.0), whole.run)
+    result, expected = hc.Native().run(whole), hc.Native().run(held)
+    for contact in expected.contact.tolist():
+        measured, true = result.pulses(contact=contact), expected.pulses(contact=contact)
+        assert len(measured) == len(true) > 0
+        for name, error, scale in (
+            ("time_s", "time_error_s", 1.0), ("force_N", "force_error", true["force_N"]),
+            ("arrival_time_s", "arrival_error_s", 1.0), ("width_s", "width_error_s", 1.0),
+        ):  # fmt: skip
+            off = (measured[name] - true[name]).abs() / scale
+            assert not (off > measured[error] + true[error]).any()
+
+
 def test_command_json_and_judge(hertzchain: Command, tmp_path: Path) -> None:
     """The list is written, read again and judged; weak pulses may be missing, wrong ones fail."""
     scene, pulses = tmp_path / "wall.toml", tmp_path / "pulses.csv"

@@ -37,11 +37,10 @@ _SCIPY_TOLERANCE_RATIO, _LEAST_SCIPY_TOLERANCE = 0.01, 3e-14
 SciPy's error is a mean that includes resting granules, and scales with displacements of granules
 that fly off: a part of 1 lost 1.4e-6 of the demo's energy at 2e-8, this one 7e-9."""
 
-SAMPLES = 4
-"""Samples of the dense output in the longest step (chosen): peaks between them are interpolated."""
-
-_DAMPED_SAMPLES = 16
-"""The same of damped contacts, whose forces bend more, where peaks judge the compiled loops."""
+_SAMPLES, _JUDGING_SAMPLES = 4, 16
+"""Samples of the dense output in the longest step of damped contacts (chosen), and where their
+peaks judge the compiled loops: forces bend where contacts close. Elastic contacts need none but the
+ends of steps, as third derivatives are known there."""
 
 _OPEN_GAP_RATIO = 10.0
 """Gap at which a contact has opened, over the absolute tolerance (chosen): granules ahead of the
@@ -61,14 +60,15 @@ shorter its longest step: a dashpot that opens and closes within a step is misse
 
 def integrate(
     scene: Scene, chain: Chain, tolerance: float, longest: float, counted: list[int],
-    samples: int = SAMPLES,
+    samples: int = _SAMPLES,
 ) -> Iterator[tuple[Leg, Samples]]:  # fmt: skip
     """Integrate a scene by SciPy; yield each leg with successive samples, the first one known.
 
     A call of DOP853 ends at a corner of the shock and, unless the chain is plain, where a contact
     opens or closes: a dashpot's force jumps there, and no method of order 8 keeps its order across
     a kink. ``tolerance`` is in natural units, ``longest`` the longest step, in which there are so
-    many ``samples``; force evaluations are appended to ``counted``. RunFailed where SciPy fails.
+    many ``samples`` of damped contacts; force evaluations are appended to ``counted``. RunFailed
+    where SciPy fails.
     """
     from scipy.integrate import solve_ivp
 
@@ -96,16 +96,18 @@ def integrate(
 
             run = solve_ivp(
                 rates, (time, leg.end), np.concatenate([u, v]), method="DOP853",
-                rtol=relative, atol=absolute, max_step=longest, dense_output=True,
+                rtol=relative, atol=absolute, max_step=longest, dense_output=is_damped,
                 events=changes,
             )  # fmt: skip
             counted.append(run.nfev)
-            if not run.success or run.sol is None or not run.t[-1] > time:
+            if not run.success or not run.t[-1] > time:
                 raise RunFailed(f"SciPy: {run.message}")
             begin, time = time, float(run.t[-1])
-            count = max(1, math.ceil((time - begin) / longest * samples))
-            seen = np.union1d(np.linspace(begin, time, count + 1), run.t)
-            states = run.sol(seen).T
+            seen, states = run.t, run.y.T
+            if run.sol is not None:
+                count = max(1, math.ceil((time - begin) / longest * samples))
+                seen = np.union1d(np.linspace(begin, time, count + 1), run.t)
+                states = run.sol(seen).T
             u, v = np.split(run.y[:, -1], 2)
             yield leg, samples_of(chain, leg, seen, *np.split(states, 2, axis=1))
 
@@ -207,11 +209,11 @@ def longest_step(scene: Scene) -> float:
 
 def simulate_in_scipy(
     scene: Scene, tolerance: float, deadline: Deadline, recorder: Recorder | None = None,
-    longer: float = 1.0, first: bool = False, samples: int = SAMPLES,
+    longer: float = 1.0, first: bool = False, samples: int = _SAMPLES,
 ) -> Simulation:  # fmt: skip
     """Integrate a scene once, with a tolerance; steps may be longer by a factor.
 
-    ``first``: first pulses are wanted. ``samples``: of the longest step.
+    ``first``: first pulses are wanted. ``samples``: see ``integrate``.
     """
     chain, counted = Chain.of(scene), list[int]()
     longest = longer * longest_step(scene) / scene.units.time
@@ -241,9 +243,9 @@ def judging_peaks(scene: Scene, deadline: Deadline) -> tuple[FloatArray, float]:
 
     It follows from the difference to a second run of SciPy, with a looser tolerance.
     """
-    samples, shorter = (SAMPLES, 1.0) if scene.contact is None else (_DAMPED_SAMPLES, _STEP_RATIO)
+    shorter = 1.0 if scene.contact is None else _STEP_RATIO
     tight, loose = (
-        simulate_in_scipy(scene, tolerance, deadline, None, longest, samples=samples).peaks
+        simulate_in_scipy(scene, tolerance, deadline, None, longest, False, _JUDGING_SAMPLES).peaks
         for tolerance, longest in ((_RTOL, 1.0), (_LOOSER_RATIO * _RTOL, shorter))
     )
     errors = SAFETIES["SciPy, judging"].bounds([tight.differences(loose)], least=_FLOOR * _RTOL)
