@@ -124,13 +124,17 @@ PULSE = np.dtype(
 after that the pulse was over (NaN where its end was not seen); and what it is: see
 ``first_pulse.FirstPulses``."""
 
-(_BEGIN, _LENGTH, _LOW, _HIGH, _FROM, _TOP, _START, _END, _SCALE, COLUMNS) = (
-    0, 1, 2, 3, 4, 5, 6, 14, 22, 24,
-)  # fmt: skip
-"""Columns of pieces: begin and length of a step, the part of it in which the signal rises, from 0
-to 1, and from where to where; overlap and three derivatives of both contacts at the start and at
-the end; forces over those of the law. In joined pieces the scale is 0, and the first columns of
-start and end have the rate of the signal."""
+RISE = np.dtype(
+    [
+        (name, np.float64)
+        for name in ("begin", "h", "low", "high", "before", "top", "scale", "other_scale")
+    ]
+    + [(name, np.float64, 4) for name in ("start", "end", "other_start", "other_end")]
+)
+"""A part of a step in which a signal rises: begin and length of the step; the part, from 0 to 1,
+and the forces at its ends; forces over those of the law; overlap and three derivatives of both
+contacts at the ends of the step. In joined pieces the scale is 0, and start and end begin with the
+rate of the signal."""
 
 
 class Watch(NamedTuple):
@@ -144,7 +148,7 @@ class Watch(NamedTuple):
         See ``MAXIMUM``, shape (signals, ``PULSES``); when the signal then fell through each of
         ``FALLS``, NaN where it did not, shape (signals, ``PULSES``, 3).
     pieces
-        The last rise of each signal, shape (signals, ``PIECES``, ``COLUMNS``).
+        The last rise of each signal, see ``RISE``, shape (signals, ``PIECES``).
     room
         Room for places in a step, and coefficients, shape (``ROOM``,).
     contacts
@@ -156,7 +160,7 @@ class Watch(NamedTuple):
     signals: Any
     maxima: Any
     falls: FloatArray
-    pieces: FloatArray
+    pieces: Any
     room: FloatArray
     contacts: NDArray[np.int64]
     pulses: Any
@@ -194,7 +198,7 @@ def watch_of(signals: Any, contacts: int) -> Watch:
         pulses[name] = np.nan
     return Watch(
         signals, np.zeros((count, PULSES), MAXIMUM), np.zeros((count, PULSES, len(FALLS))),
-        np.zeros((count, PIECES, COLUMNS)), np.zeros(ROOM), np.array([contacts]), pulses,
+        np.zeros((count, PIECES), RISE), np.zeros(ROOM), np.array([contacts]), pulses,
     )  # fmt: skip
 
 
@@ -399,10 +403,9 @@ def _row(s: Any, n: int) -> int:
 @part
 def _piece_of(row: Any) -> Any:
     """The force of a signal in a kept piece."""
-    a = (row[6], row[7], row[8], row[9]), (row[14], row[15], row[16], row[17])
-    b = (row[10], row[11], row[12], row[13]), (row[18], row[19], row[20], row[21])
-    h = row[_LENGTH]
-    return Piece(row[_BEGIN], h, curve_of(*a, h), curve_of(*b, h), row[_SCALE], row[_SCALE + 1])
+    a = curve_of(row.start, row.end, row.h)
+    b = curve_of(row.other_start, row.other_end, row.h)
+    return Piece(row.begin, row.h, a, b, row.scale, row.other_scale)
 
 
 @part
@@ -422,64 +425,46 @@ def _reached(w: Any, k: int, level: float) -> float:
     s = w.signals[k]
     for n in range(s.pieces):
         row = w.pieces[k, _row(s, n)]
-        if not row[_TOP] >= level > s.lost:
+        if not row.top >= level > s.lost:
             continue
-        low, high = row[_LOW], row[_HIGH]
-        if row[_SCALE] == 0.0:
-            h = row[_LENGTH]
+        low, high = row.low, row.high
+        if row.scale == 0.0:
+            rise, rise_at_end = row.h * row.start[0], row.h * row.end[0]
             for _ in range(53):  # bisections: to the last digit
                 place = (low + high) / 2
-                rate = h * row[_START], h * row[_END]
-                if _cubic(place, row[_FROM], row[_TOP], rate[0], rate[1]) < level:
+                if _cubic(place, row.before, row.top, rise, rise_at_end) < level:
                     low = place
                 else:
                     high = place
         else:
-            high = _place(_piece_of(row), level, low, high, row[_FROM], row[_TOP], False, s)
-        return float(row[_BEGIN] + row[_LENGTH] * high)
+            high = _place(_piece_of(row), level, low, high, row.before, row.top, False, s)
+        return float(row.begin + row.h * high)
     return math.nan
 
 
 @part
 def _rate_of_piece(row: Any, place: float, s: Any) -> float:
     """Rate of the force at an end of a kept piece."""
-    if row[_SCALE] == 0.0:
-        return float(row[_START] if place == 0.0 else row[_END])
+    if row.scale == 0.0:
+        return float(row.start[0] if place == 0.0 else row.end[0])
     return rate_at(_piece_of(row), place, s)
-
-
-@part
-def _copy(row: Any, to: Any) -> None:
-    """Copy a row."""
-    for n in range(row.size):
-        to[n] = row[n]
 
 
 @part
 def _joins(row: Any, later: Any, to: Any, s: Any) -> bool:
     """Join two pieces into the cubic through both ends, if it is right where they meet."""
-    begin, middle = row[_BEGIN] + row[_LOW] * row[_LENGTH], row[_BEGIN] + row[_HIGH] * row[_LENGTH]
-    since, end = (
-        later[_BEGIN] + later[_LOW] * later[_LENGTH],
-        later[_BEGIN] + later[_HIGH] * later[_LENGTH],
-    )
+    begin, middle = row.begin + row.low * row.h, row.begin + row.high * row.h
+    since, end = later.begin + later.low * later.h, later.begin + later.high * later.h
     h = end - begin
     if abs(since - middle) > 1e-9 * h or middle == begin or since == end:
         return False
-    before, after = _rate_of_piece(row, row[_LOW], s), _rate_of_piece(later, later[_HIGH], s)
-    first, last, met = row[_FROM], later[_TOP], row[_TOP]
+    before, after = _rate_of_piece(row, row.low, s), _rate_of_piece(later, later.high, s)
+    first, last, met = row.before, later.top, row.top
     off = _cubic((middle - begin) / h, first, last, h * before, h * after) - met
     if abs(off) > _JOIN_ERROR * (met + s.static):
         return False
-    to[_BEGIN], to[_LENGTH], to[_LOW], to[_HIGH], to[_FROM], to[_TOP] = (
-        begin,
-        h,
-        0.0,
-        1.0,
-        first,
-        last,
-    )
-    to[_START], to[_END], to[_SCALE] = before, after, 0.0
+    to.begin, to.h, to.low, to.high, to.before, to.top = begin, h, 0.0, 1.0, first, last
+    to.start[0], to.end[0], to.scale = before, after, 0.0
     return True
 
 
@@ -494,10 +479,10 @@ def _join(w: Any, k: int) -> None:
         if n + 1 < s.pieces and _joins(row, later, to, s):
             n += 1
         else:
-            _copy(row, to)
+            w.pieces[k, _row(s, kept)] = row
         kept, n = kept + 1, n + 1
     if kept == s.pieces:
-        s.lost = w.pieces[k, s.oldest][_TOP]
+        s.lost = w.pieces[k, s.oldest].top
         s.oldest, kept = (s.oldest + 1) % PIECES, kept - 1
     s.pieces = kept
 
@@ -509,18 +494,17 @@ def _keep_piece(
 ) -> None:  # fmt: skip
     """Keep a part of a step in which a signal rises above all before; forget lower halves."""
     s = w.signals[k]
-    while s.pieces > 0 and w.pieces[k, s.oldest][_TOP] < top / 2:
+    while s.pieces > 0 and w.pieces[k, s.oldest].top < top / 2:
         s.oldest, s.pieces = (s.oldest + 1) % PIECES, s.pieces - 1
     if s.pieces == PIECES:
         _join(w, k)
     row = w.pieces[k, _row(s, s.pieces)]
     s.pieces += 1
-    row[_BEGIN], row[_LENGTH], row[_LOW], row[_HIGH] = p.begin, p.h, low, high
-    row[_FROM], row[_TOP] = before, top
+    row.begin, row.h, row.low, row.high, row.before, row.top = p.begin, p.h, low, high, before, top
     for n in range(4):
-        row[_START + n], row[_START + 4 + n] = start[n], other_start[n]
-        row[_END + n], row[_END + 4 + n] = end[n], other_end[n]
-    row[_SCALE], row[_SCALE + 1] = p.scale, p.other_scale
+        row.start[n], row.other_start[n] = start[n], other_start[n]
+        row.end[n], row.other_end[n] = end[n], other_end[n]
+    row.scale, row.other_scale = p.scale, p.other_scale
 
 
 @compiled
@@ -540,7 +524,8 @@ def _begin_maximum(w: Any, k: int, force: float) -> None:
                     gone, least = n, maxima[n].force / maxima[n - 1].force
         for n in range(gone, PULSES - 1):
             maxima[n] = maxima[n + 1]
-            _copy(falls[n + 1], falls[n])
+            for m in range(len(FALLS)):
+                falls[n, m] = falls[n + 1, m]
         s.pulses -= 1
     n, s.pulses, s.fallen = s.pulses, s.pulses + 1, 0
     maxima[n].arrival = maxima[n].exceeded = math.nan
