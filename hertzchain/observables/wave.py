@@ -26,11 +26,9 @@ _FORCE_PER_SPEED = 6.0  # the speed goes as the sixth root of the force
 
 
 def unsettled(
-    peak_force: FloatArray,
-    peak_time: FloatArray,
-    last: NDArray[np.intp],
-    speed_at_1_newton: FloatArray,
-) -> FloatArray:
+    peak_force: FloatArray, peak_time: FloatArray, last: NDArray[np.intp], speed_at_1_newton:
+    FloatArray,
+) -> FloatArray:  # fmt: skip
     """Upper bound of the relative change of the peak force beyond a contact, shape (scenes,).
 
     It is the sum of two parts. One is the growth per contact, measured over the last four, times

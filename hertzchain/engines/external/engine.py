@@ -59,11 +59,6 @@ _PLAIN_IF_DAMPED = 1e-4  # relative error of the peaks below which first-order s
 # largest fraction of the longest stable step where a step is chosen for damped contacts
 _UNSTABLE = 0.5
 
-Simulate = Callable[[Sequence[Leg], Sequence[int], FloatArray | None], Simulation]
-"""Function that runs a scene once, from legs, steps between readings on each, and times of a
-history.
-"""
-
 Code = Callable[[Scene, Sequence[Leg], Sequence[int], Observation], str]
 """Function that runs a scene with given steps and steps between readings on each leg, and passes
 the readings to the observation. It returns the code's version.
@@ -113,31 +108,17 @@ class ExternalEngine(ABC):
         """Return the name of the method in the result."""
 
     @abstractmethod
-    def _code(self, scene: Scene, deadline: Deadline) -> Code:
-        """Function that runs the scene or a similar one, after checking that the code can."""
+    def code_of(self, scene: Scene, deadline: Deadline) -> Code:
+        """Return the code for a scene or a similar one, after checking that it can run that."""
 
-    def _least_time(self, steps: int, granules: float) -> float:
+    def least_time(self, steps: int, granules: float) -> float:
         """Return the time of a run on a fast machine [s]."""
         return steps * (self.FASTEST[0] + granules * self.FASTEST[1])
 
     def runner(self, scene: Scene, deadline: Deadline) -> _Runner:
         """Return what runs a scene by the code with given steps."""
         refuse_terms(scene, self.LABEL, self.TERMS)
-        code = self._code(scene, deadline)
-        first = (usually_wanted(scene) if self.wanted is None else self.wanted) == "first"
-
-        def simulate(
-            legs: Sequence[Leg], strides: Sequence[int], times: FloatArray | None
-        ) -> Simulation:
-            steps = sum(leg.steps for leg in legs)
-            # Where coordinates would cost too many digits the code gets a similar scene; readings
-            # are scaled back to the true scene at once.
-            scaling = softening(scene, steps)
-            deadline.refuse(self._least_time(steps, scene.chain.granules))
-            seen = Observation(scene, scaling, legs, times, self.LABEL, first)
-            return seen.simulation(code(scaling.scene(scene), seen.legs, strides, seen))
-
-        return _Runner(scene, simulate, self)
+        return _Runner(scene, self, self.code_of(scene, deadline), deadline)
 
     def run(self, scene: SceneLike, record: ArrayLike | None = None) -> Result:
         """Simulate a scene; arguments and errors are those of ``Native.run``, and two more.
@@ -221,8 +202,9 @@ class _Runner:
     """Runs one scene with one code and the options of its engine."""
 
     scene: Scene
-    once: Simulate
     engine: ExternalEngine
+    code: Code
+    deadline: Deadline
 
     @property
     def order(self) -> int:
@@ -277,8 +259,15 @@ class _Runner:
     def simulate(
         self, legs: Sequence[Leg], strides: Sequence[int], times: FloatArray | None = None
     ) -> Simulation:
-        error_bound.refuse_unstable(self.scene, legs, STABLE, "velocity-verlet")
-        return self.once(legs, strides, times)
+        scene, engine, steps = self.scene, self.engine, sum(leg.steps for leg in legs)
+        error_bound.refuse_unstable(scene, legs, STABLE, "velocity-verlet")
+        # Where coordinates would cost too many digits the code gets a similar scene; readings are
+        # scaled back to the true scene at once.
+        scaling = softening(scene, steps)
+        self.deadline.refuse(engine.least_time(steps, scene.chain.granules))
+        first = (engine.wanted or usually_wanted(scene)) == "first"
+        seen = Observation(scene, scaling, legs, times, engine.LABEL, first)
+        return seen.simulation(self.code(scaling.scene(scene), seen.legs, strides, seen))
 
     def _plain(self) -> _Answer:
         """Run with the given step, or with one whose error is as small as wanted."""
@@ -505,9 +494,6 @@ class ProgramEngine(ExternalEngine):
     @abstractmethod
     def _refuse(self, scene: Scene) -> None:
         """Raise RunFailed for terms of a kind that the code does not have."""
-
-    def _code(self, scene: Scene, deadline: Deadline) -> Code:
-        return self.code_of(scene, deadline)
 
     def code_of(
         self, scene: Scene, deadline: Deadline, edit: Callable[[str], str] = lambda text: text

@@ -68,26 +68,6 @@ def contact_forces(net_force: FloatArray) -> FloatArray:
     return np.cumsum(net_force[..., :0:-1], axis=-1)[..., ::-1]
 
 
-def all_contact_forces(
-    net_force: FloatArray, at_rest: Granules, held: Held, wall_force: FloatArray | None,
-    applied: FloatArray | float = 0.0,
-) -> FloatArray:  # fmt: skip
-    """Force in each contact [N] of granules under loads; the last is that on a wall.
-
-    The arguments are net forces (readings, granules), the force on the wall, if any, and the
-    applied force, (readings,) [N].
-    """
-    force = net_force - held.acceleration * at_rest.moving_mass
-    force[:, 1] -= held.second_force
-    if held.pushed > 0:
-        force[:, held.pushed] -= applied
-    force[:, -1] += held.last_force
-    if wall_force is None:
-        return contact_forces(force)
-    force[:, -1] += wall_force
-    return np.concatenate([contact_forces(force), wall_force[:, np.newaxis]], axis=1)
-
-
 def samples(
     time: FloatArray, arrays: FloatArray, at_rest: Granules, leg: Leg, held: Held = FREE,
     wall_force: FloatArray | None = None, law: DampedLaw | None = None,
@@ -110,8 +90,15 @@ def samples(
         overlap = np.concatenate([overlap, last], axis=1)
     # Granules that only touch may overlap by rounding of their positions; this is no contact.
     pressed = overlap > np.finfo(np.float64).eps * np.max(np.abs(at_rest.position))
-    applied = 0.0 if leg.ramp is None else leg.ramp.force(time)
-    contact_force = all_contact_forces(force, at_rest, held, wall_force, applied)
+    net = force - held.acceleration * at_rest.moving_mass
+    net[:, 1] -= held.second_force
+    if held.pushed > 0 and leg.ramp is not None:
+        net[:, held.pushed] -= leg.ramp.force(time)
+    net[:, -1] += held.last_force
+    net[:, -1] += 0.0 if wall_force is None else wall_force
+    contact_force = contact_forces(net)
+    if wall_force is not None:
+        contact_force = np.concatenate([contact_force, wall_force[:, np.newaxis]], axis=1)
     contact_force = np.where(pressed, contact_force, 0.0)
     states = Samples(
         time=time, displacement=position - at_rest.position, velocity=velocity,

@@ -172,14 +172,16 @@ class Lammps(ExternalEngine):
                 return peaks_and_steps
         return self.runner(scene, Deadline(self.time_limit)).peaks_alone(self.dt)
 
-    def _code(self, scene: Scene, deadline: Deadline) -> Code:  # noqa: ARG002 - it can run all
+    def code_of(self, scene: Scene, deadline: Deadline) -> Code:  # noqa: ARG002 - it can run all
+        """Return LAMMPS, as the module or the binary."""
         if self.lmp is None:
             return _Module(self.pair_style, deadline).run
         program = Program.find(str(self.lmp), self.ranks, deadline)
         return Binary(self.pair_style, deadline, program).run
 
-    def _least_time(self, steps: int, granules: float) -> float:
-        return super()._least_time(steps, granules / self.ranks)
+    def least_time(self, steps: int, granules: float) -> float:
+        """Return the time of a run on a fast machine [s], with the granules shared by ranks."""
+        return super().least_time(steps, granules / self.ranks)
 
 
 @checked
@@ -249,13 +251,9 @@ class _Module:
 
 
 def _read(
-    lammps: Any,
-    leg: Leg,
-    stride: int,
-    shape: tuple[int, int, int],
-    deadline: Deadline,
-    wall: FloatArray | None,
-) -> Iterator[tuple[FloatArray, FloatArray]]:
+    lammps: Any, leg: Leg, stride: int, shape: tuple[int, int, int], deadline: Deadline, wall:
+    FloatArray | None,
+) -> Iterator[tuple[FloatArray, FloatArray]]:  # fmt: skip
     """Run a leg; yield times and arrays of readings in blocks that share one reading.
 
     The force on the wall is kept in ``wall``, if there is one.

@@ -202,11 +202,6 @@ def simulation_of(
     )  # fmt: skip
 
 
-def longest_step(scene: Scene) -> float:
-    """The longest step of SciPy [s]."""
-    return LONGEST * scene.contact_time
-
-
 def simulate_in_scipy(
     scene: Scene, tolerance: float, deadline: Deadline, recorder: Recorder | None = None,
     longer: float = 1.0, first: bool = False, samples: int = _SAMPLES,
@@ -216,7 +211,7 @@ def simulate_in_scipy(
     ``first``: first pulses are wanted. ``samples``: see ``integrate``.
     """
     chain, counted = Chain.of(scene), list[int]()
-    longest = longer * longest_step(scene) / scene.units.time
+    longest = longer * (LONGEST * scene.contact_time) / scene.units.time
     blocks = integrate(scene, chain, tolerance, longest, counted, samples)
     run = simulation_of(scene, chain, start_of_motion(scene), blocks, deadline, recorder, first)
     return replace(run, evaluations=sum(counted))
@@ -235,7 +230,7 @@ def accurate_in_scipy(
         kept = recorder if is_wanted else None
         return simulate_in_scipy(scene, tolerance, deadline, kept, longer, first)
 
-    return Run("scipy", longest_step(scene), *accurate(integrated, rtol))
+    return Run("scipy", LONGEST * scene.contact_time, *accurate(integrated, rtol))
 
 
 def judging_peaks(scene: Scene, deadline: Deadline) -> tuple[FloatArray, float]:

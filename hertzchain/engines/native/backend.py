@@ -183,12 +183,9 @@ class Native:
             return self._run(scene, record, preparation, prepared)
 
     def _run(
-        self,
-        scene: Scene,
-        record: ArrayLike | None,
-        preparation: Watched,
-        prepared: Prepared | None,
-    ) -> Result:
+        self, scene: Scene, record: ArrayLike | None, preparation: Watched, prepared: Prepared |
+        None,
+    ) -> Result:  # fmt: skip
         """As ``run``; the time to prepare kernels is measured in ``preparation``."""
         begin = time.perf_counter()
         deadline = Deadline(self.time_limit, lambda: preparation.time)
@@ -330,13 +327,9 @@ class Native:
         return run
 
     def accurate_enough(
-        self,
-        scene: Scene,
-        recorder: Recorder | None,
-        deadline: Deadline,
-        rtol: float,
-        prepared: Prepared | RungeKutta | None = None,
-    ) -> Run:
+        self, scene: Scene, recorder: Recorder | None, deadline: Deadline, rtol: float, prepared:
+        Prepared | RungeKutta | None = None,
+    ) -> Run:  # fmt: skip
         """Return a run by the cheapest way to ``rtol``."""
         first = self._first
         if self.method == "scipy":

@@ -70,11 +70,6 @@ class TooMuchWork(RunFailed):
     """A run takes more work than allowed, or its steps do not advance."""
 
 
-def longest_step(scene: Scene) -> float:
-    """The longest step [s]."""
-    return LONGEST * scene.contact_time
-
-
 def integrate_damped(
     chain: Chain, rows: FloatArray, start: FloatArray, tolerance: float, longest: float,
     record: Record | None = None, control: FloatArray | None = None, most_work: float = math.inf,
@@ -152,7 +147,11 @@ def simulate_damped(
     # Steps are cut by the integrator: of the legs only the corners count.
     rows = leg_rows(legs or scene.until(end_time).schedule(end_time), units)
     signals = Signals.of(scene).in_units(units) if first else None
-    record, control, longest = room_for(recorder), np.zeros(3), longest_step(scene) / units.time
+    record, control, longest = (
+        room_for(recorder),
+        np.zeros(3),
+        LONGEST * scene.contact_time / units.time,
+    )
     chain, start = Chain.of(scene), start_of(scene)
 
     def integrate() -> tuple[Simulation, Watch | None]:
@@ -227,4 +226,4 @@ def accurate_enough(
             scene = scene.until(run.end * scene.units.time)
         return run
 
-    return Run("dop853", longest_step(scene), *accurate(integrate, rtol))
+    return Run("dop853", LONGEST * scene.contact_time, *accurate(integrate, rtol))

@@ -147,11 +147,9 @@ class Chain(NamedTuple):
         return self.inverse_mass * net + self.constant
 
     def acceleration(
-        self,
-        displacement: FloatArray,
-        applied_force: FloatArray | float,
-        velocity: FloatArray | None = None,
-    ) -> FloatArray:
+        self, displacement: FloatArray, applied_force: FloatArray | float, velocity: FloatArray |
+        None = None,
+    ) -> FloatArray:  # fmt: skip
         """Return u_i'' of a state, (..., granules); velocities are needed by damped contacts."""
         rate = None if velocity is None else self.closing(velocity)
         return self.moved_by(self.contact_force(self.overlap(displacement), rate), applied_force)

@@ -197,16 +197,13 @@ def cheapest(rtol: float, checked: bool = True, hard: bool = False) -> Plan:
 
 
 def first_plan(rtol: float, hard: bool, first: bool) -> Plan:
-    """Return the plan that is tried first; ``hard``: see ``cheapest``, ``first``: first pulses."""
-    return tried_first(rtol) if hard and first else cheapest(rtol, hard=hard)
+    """Return the plan that is tried first; ``hard``: see ``cheapest``, ``first``: first pulses.
 
-
-def tried_first(rtol: float) -> Plan:
-    """Return the plan that is tried first for first pulses of scenes that may amplify errors.
-
-    Its steps are not halved near every contact, so that it costs half of a hard plan or less. In
-    two of three random scenes its error bound is as small as wanted.
+    For first pulses of hard scenes its steps are not halved near every contact: it costs half of a
+    hard plan or less, and in two of three random scenes its error bound is as small as wanted.
     """
+    if not (hard and first):
+        return cheapest(rtol, hard=hard)
     accuracy = min(max(rtol / _FIRST_RTOL_RATIO, TIGHTEST), _LARGEST_FIRST_RTOL)
     plan, safety = cheapest(accuracy), SAFETIES["plan, tried first"]
     return replace(plan, error=_ERRATIC_ERROR_RATIO * plan.error, safety=safety)

@@ -243,7 +243,9 @@ class Prepared:
         """
         from hertzchain.engines.native import elastic, elastic_state
 
-        leave_behind = leave_behind and self._can_leave_behind
+        # A first pulse may not be over when peaks are.
+        may_leave = self.own_start and self.signals is None and is_single_pulse(self.scene)
+        leave_behind = leave_behind and may_leave
         granules, contacts = self.scene.bodies, len(self.scene.contacts)
         stages, rows = walker.stepper.stages, leg_rows(legs, self.scene.units)
         if self.runs and recorder is None and (key := key_of(rows, walker)) in self.runs:
@@ -276,11 +278,6 @@ class Prepared:
         ``simulate``.
         """
         return self.simulate(legs, walker, leave_behind=True).peaks
-
-    @property
-    def _can_leave_behind(self) -> bool:
-        """Whether granules may be dropped: a first pulse may not be over when peaks are."""
-        return self.own_start and self.signals is None and is_single_pulse(self.scene)
 
     def _refuse(
         self, rows: FloatArray, work: float, stages: int, leave_behind: bool,
