@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hertzchain.arrays import FloatArray
+from hertzchain.arrays import FloatArray, or_none
 from hertzchain.errors import SceneError, require
 from hertzchain.scene.scene import Scene
 
@@ -256,6 +256,7 @@ def dict_of(wave: Wave | None) -> dict[str, float | None] | None:
     """Return a wave as a JSON object."""
     if wave is None:
         return None
+    width = np.array([wave.width, wave.width_error, wave.width_granules])
     return {
         "first_contact": wave.first,
         "last_contact": wave.last,
@@ -263,14 +264,8 @@ def dict_of(wave: Wave | None) -> dict[str, float | None] | None:
         "speed_error": wave.speed_error,
         "height_N": wave.height,
         "height_error": wave.height_error,
-        "width_s": _or_none(wave.width),
-        "width_error": _or_none(wave.width_error),
-        "width_granules": _or_none(wave.width_granules),
+        **dict(zip(("width_s", "width_error", "width_granules"), or_none(width), strict=True)),
     }
-
-
-def _or_none(value: float) -> float | None:
-    return None if np.isnan(value) else value
 
 
 def places(scene: Scene) -> FloatArray:

@@ -200,12 +200,16 @@ class Native:
             require(not self.peaks_only, "record", record, allowed)
             times = wanted_times(record, scene.end_time)
             recorder = Recorder(times / scene.units.time, scene.bodies, scene.wall is not None)
+        rtol = RTOL if self.rtol is None else self.rtol
+        if not chooses and scene.contact is not None and self.method != "velocity-verlet":
+            names = "must be velocity-verlet or left out for damped contacts"
+            require(self.method in (None, "reference"), "method", self.method, names)
+            allowed = "must be left out for damped contacts, or stand with method velocity-verlet"
+            require(self.dt is None, "dt", self.dt, allowed)
+            chooses, rtol = True, TIGHTEST
         if chooses:
-            rtol = RTOL if self.rtol is None else self.rtol
             run = self.accurate_enough(scene, recorder, deadline, rtol, prepared)
             error_bound.refuse_meaningless("native", run.errors.least, too_long=False)
-        elif scene.contact is not None:
-            run = self._damped(scene, recorder, deadline)
         else:
             run = self._as_asked(scene, recorder, deadline)
         simulation, errors = run.simulation, run.errors
@@ -313,18 +317,6 @@ class Native:
                 break
         error_bound.refuse_meaningless("native", errors.least, too_long=False)
         return differences.plus(errors)
-
-    def _damped(self, scene: Scene, recorder: Recorder | None, deadline: Deadline) -> Run:
-        """Return the same as ``_as_asked`` for damped contacts."""
-        if self.method == "velocity-verlet":
-            return self._as_asked(scene, recorder, deadline)
-        names = "must be velocity-verlet or left out for damped contacts"
-        require(self.method in (None, "reference"), "method", self.method, names)
-        allowed = "must be left out for damped contacts, or stand with method velocity-verlet"
-        require(self.dt is None, "dt", self.dt, allowed)
-        run = self.accurate_enough(scene, recorder, deadline, TIGHTEST)
-        error_bound.refuse_meaningless("native", run.errors.least, too_long=False)
-        return run
 
     def accurate_enough(
         self, scene: Scene, recorder: Recorder | None, deadline: Deadline, rtol: float, prepared:

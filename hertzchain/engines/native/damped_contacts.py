@@ -187,12 +187,6 @@ def end_of_septic(at: Any, i: int, c: Any) -> Any:
 
 
 @compiled
-def septic(start: Any, end: Any, i: int, h: float, c: Any) -> Any:
-    """The overlap of contact i within a step, a polynomial of degree 7 in (t - t_start) / h."""
-    return hermite(end_of_septic(start, i, c), end_of_septic(end, i, c), h)
-
-
-@compiled
 def keep_history(
     record: Any, kept: int, start: Any, end: Any, on: Any, hi: int, begin: float, until: float,
     c: Any,
@@ -208,7 +202,7 @@ def keep_history(
             record.displacement[kept, i] = value_at(curve, s)
             record.velocity[kept, i] = slope_at(curve, s) / h
             if i < record.contact_force.shape[1] and on[i] > 0.0:
-                curve = septic(start, end, i, h, c)
+                curve = hermite(end_of_septic(start, i, c), end_of_septic(end, i, c), h)
                 force = law(value_at(curve, s), slope_at(curve, s) / h, i, c)
                 record.contact_force[kept, i] = force if c.attraction else max(force, 0.0)
         kept += 1
