@@ -20,7 +20,7 @@ from hertzchain.arrays import FloatArray
 from hertzchain.errors import SceneError, require
 from hertzchain.scene.arguments import checked
 from hertzchain.scene.file import key_named, sections_of
-from hertzchain.scene.keys import to_si
+from hertzchain.scene.keys import Key, to_si
 from hertzchain.scene.scene import Scene, SceneLike, to_scene
 from hertzchain.sweeps.columns import ALL, OTHER_MEASURE, PARAMETERS, Column, columns_of
 from hertzchain.sweeps.keys import WALLS, base_values, changed, full_name
@@ -37,15 +37,11 @@ _FORMS = "A,B,C or LOW:HIGH:COUNT, LOW:HIGH:COUNT:log, or to be sampled LOW:HIGH
 Value = float | int | str
 
 
-def key_of(name: str) -> str:
-    """Return the key of a parameter in its section or segment."""
-    return name.rpartition(".")[2]
-
-
-def _kind(name: str) -> str:
-    """Return the type of the values of a parameter; float for an unknown one."""
+def _key(name: str) -> Key:
+    """Return the key of a parameter in a scene file."""
     key = key_named(name)
-    return "float" if key is None else key.kind
+    assert key is not None, name
+    return key
 
 
 @dataclass(frozen=True)
@@ -88,28 +84,31 @@ class Span:
     def ends(self) -> tuple[Value, ...]:
         """Values to check: if these are possible, all are."""
         ends = self.low, self.high
-        return tuple(map(int, ends)) if _kind(self.name) == "int" else ends
+        return tuple(map(int, ends)) if _key(self.name).kind == "int" else ends
 
     def at(self, index: NDArray[np.int64]) -> NDArray[Any]:
         """Return the values with these numbers on the grid."""
-        assert self.count is not None
-        return self.between(index / max(self.count - 1, 1))
+        return self.between(index / max((self.count or 0) - 1, 1))
 
     def between(self, fraction: FloatArray) -> NDArray[Any]:
         """Return the values at fractions, 0 to 1, of the way from one end to the other."""
-        if _kind(self.name) == "int":  # each whole number has the same share
-            if self.log:
-                edges = self.low - 0.5, self.high + 0.5
-                drawn = edges[0] * (edges[1] / edges[0]) ** fraction
-                return np.clip(np.rint(drawn), self.low, self.high).astype(np.int64)
-            share = np.floor(self.low + fraction * (self.high - self.low + 1))
-            return np.clip(share, self.low, self.high).astype(np.int64)
+        is_whole_key = _key(self.name).kind == "int"  # each whole number has the same share
+        low, high = self.low - 0.5 * is_whole_key, self.high + 0.5 * is_whole_key
         if self.log:
-            inside = self.low ** (1 - fraction) * self.high**fraction
+            inside = low ** (1 - fraction) * high**fraction
         else:
-            inside = self.low + fraction * (self.high - self.low)
+            inside = low + fraction * (high - low)
+        if is_whole_key:
+            return np.clip(np.rint(inside), self.low, self.high).astype(np.int64)
         # Both ends exact to the last digit.
-        return np.where(fraction == 0, self.low, np.where(fraction == 1, self.high, inside))
+        return np.where(fraction == 0, low, np.where(fraction == 1, high, inside))
+
+
+def grid_values(axis: Mapping[str, Any]) -> NDArray[Any] | None:
+    """Return the increasing values of an axis of a manifest; None if it is not crossed."""
+    if "values" in axis:
+        return np.sort(np.asarray(axis["values"]))
+    return Span(**axis).at(np.arange(axis["count"])) if axis.get("count") else None
 
 
 @dataclass(frozen=True, eq=False)
@@ -164,7 +163,7 @@ def axes_of_table(table: pandas.DataFrame, full: Callable[[str], str]) -> tuple[
                 row = 1 + int(np.argmax((cells == cell).to_numpy()))
                 allowed = f"{problem.allowed} (row {row} of the table)"
                 raise SceneError(problem.key, problem.value, allowed) from None
-        empty, kind = ("", str) if _kind(name) == "str" else (np.nan, float)
+        empty, kind = ("", str) if _key(name).kind == "str" else (np.nan, float)
         column = cells.map(values).astype(object).where(cells.notna(), empty)
         axes.append(Tabled(name, column.to_numpy().astype(kind)))
     return tuple(axes)
@@ -197,11 +196,11 @@ def axis_of(name: str, given: str | Iterable[Value]) -> Axis:
 
 
 def _range(name: str, given: str) -> Axis:
-    key = key_named(name)
-    if key is not None and key.kind == "str":
+    key = _key(name)
+    if key.kind == "str":
         raise SceneError(name, given, f"has no range: name its values, {','.join(key.choices)}")
     low_text, high_text, *rest = (piece.strip() for piece in given.split(":"))
-    log = bool(rest) and rest[-1] == "log"
+    log = rest[-1:] == ["log"]
     rest = rest[: len(rest) - log]
     require(len(rest) <= 1, name, given, f"must be {_FORMS}")
     low, high = float(_value(name, low_text)), float(_value(name, high_text))
@@ -209,26 +208,18 @@ def _range(name: str, given: str) -> Axis:
     require(not log or low > 0, name, given, "must be above 0 at both ends to be logarithmic")
     if not rest:
         return Span(name, low, high, None, log)
-    allowed = "must have at least 2 values, a whole number: LOW:HIGH:COUNT"
-    count = _count(rest[0])
-    require(count >= 2, name, given, allowed)
-    span = Span(name, low, high, count, log)
-    if _kind(name) != "int":
-        return span
+    try:
+        number = float(rest[0])  # also 1e3
+        count = int(number) if number.is_integer() else 0
+    except ValueError:
+        count = 0
+    require(count >= 2, name, given, "must have at least 2 values, a whole number: LOW:HIGH:COUNT")
+    if key.kind != "int":
+        return Span(name, low, high, count, log)
     # The whole numbers nearest to the grid, each of them once.
     require(count <= _MOST_VALUES, name, given, f"must take at most {_MOST_VALUES:,} values")
-    spaced = np.geomspace if log else np.linspace
-    whole = np.rint(spaced(low, high, count)).astype(np.int64)
+    whole = np.rint((np.geomspace if log else np.linspace)(low, high, count)).astype(np.int64)
     return Listed(name, tuple(dict.fromkeys(whole.tolist())))
-
-
-def _count(text: str) -> int:
-    """Return a whole number from text (also 1e3); 0 for other text."""
-    try:
-        number = float(text)
-    except ValueError:
-        return 0
-    return int(number) if number.is_integer() else 0
 
 
 def is_whole(value: object, least: int) -> bool:
@@ -238,21 +229,20 @@ def is_whole(value: object, least: int) -> bool:
 
 def _value(name: str, given: Any) -> Value:
     """Return one value, in SI; a SceneError for one that its key does not allow."""
-    key = key_named(name)
-    if key is not None and key.kind == "str":
-        require(isinstance(given, str), name, given, f"must be the name of a {key.label}")
-        key.check(name, str(given).strip())
-        return str(given).strip()
+    key = _key(name)
     plain = given.item() if isinstance(given, np.generic) else given
-    unit = "" if key is None else key.unit
-    number = to_si(name, plain.strip() if isinstance(plain, str) else plain, unit)
-    is_whole_key = key is not None and key.kind == "int"
-    require(not is_whole_key or number.is_integer(), name, given, "must be a whole number")
-    value = int(number) if is_whole_key else number
-    if key is not None:
-        key.check(name, value)
-    if key_of(name) == "granules":
-        check_granules(name, value)
+    plain = plain.strip() if isinstance(plain, str) else plain
+    if key.kind == "str":
+        require(isinstance(plain, str), name, given, f"must be the name of a {key.label}")
+        key.check(name, plain)
+        return str(plain)
+    value: Value = to_si(name, plain, key.unit)
+    if key.kind == "int":
+        require(float(value).is_integer(), name, given, "must be a whole number")
+        value = int(value)
+    key.check(name, value)
+    if name.endswith("granules"):
+        check_granules(name, int(value))
     return value
 
 
@@ -519,7 +509,7 @@ def design(
     allowed = "replaces shock.rise_time: only one of the two can vary"
     require(not both, "shock.momentum_ratio", None, allowed)
     check_granules("chain.granules", scene.chain.granules)
-    kinds = {axis.name.partition(".")[0]: axis.ends for axis in axes if key_of(axis.name) == "kind"}
+    kinds = {axis.name.partition(".")[0]: axis.ends for axis in axes if axis.name.endswith(".kind")}
     for name in (name for name in names if name in _OF_ELASTIC):
         wall = name.partition(".")[0]
         wall_kinds = kinds.get(wall, (getattr(scene, wall).kind,))

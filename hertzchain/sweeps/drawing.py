@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 import textwrap
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -20,15 +20,8 @@ from hertzchain.report.document import in_prefixed
 from hertzchain.report.style import COLOURS, distinct
 from hertzchain.scene.file import key_named
 from hertzchain.scene.keys import to_si
-from hertzchain.sweeps.columns import (
-    OTHER_MEASURE,
-    TEXT,
-    column_named,
-    columns_in,
-    full_name,
-    is_whole,
-)
-from hertzchain.sweeps.design import Axis, Listed, Span, Tabled
+from hertzchain.sweeps.columns import TEXT, column_named, columns_in, full_name, is_whole
+from hertzchain.sweeps.design import grid_values
 
 if TYPE_CHECKING:
     import pandas
@@ -57,37 +50,30 @@ class Drawn:
 
 @dataclass(frozen=True, eq=False)
 class _Rows:
-    """Rows to draw, whose values of crossed axes are exactly those of the axes."""
+    """Rows to draw, and the names with several values in them.
+
+    ``grids`` has the values of what is crossed, None for what is sampled or of a table; ``logs``
+    are the names that were swept with :log.
+    """
 
     frame: pandas.DataFrame
-    axes: Mapping[str, Axis]  # all that varies in the sweep, by name
-    left: Sequence[str]  # names with several values in these rows
-
-    def behind(self, name: str | None) -> str | None:
-        """Return the parameter on which a column depends; None if that is not exactly one."""
-        names = (name, OTHER_MEASURE.get(name or ""))
-        return next((parameter for parameter in names if parameter in self.left), None)
+    grids: Mapping[str, NDArray[Any] | None]
+    left: Sequence[str]
+    logs: Sequence[str]
 
     def hidden(self, *shown: str | None) -> list[str]:
         """Return the names that vary and are not shown."""
-        seen = {self.behind(name) for name in shown}
-        return [name for name in self.left if name not in seen]
+        return [name for name in self.left if name not in shown]
 
-    def is_crossed(self, name: str | None) -> bool:
-        """Return whether many rows share the values of a name that varies."""
-        return name == "backend" or getattr(self.axes.get(name or ""), "count", None) is not None
-
-    def values(self, name: str) -> NDArray[Any]:
-        """Return the values of a crossed axis, increasing."""
-        axis = self.axes[name]
-        return np.sort(axis.at(np.arange(axis.count or 0)))
+    def are_crossed(self, *names: str) -> bool:
+        """Return whether many rows share the values of these names, which all vary."""
+        crossed = {"backend", *(name for name in self.grids if self.grids[name] is not None)}
+        return crossed.intersection(self.left).issuperset(names)
 
     def is_log(self, name: str) -> bool:
-        """Return whether logarithms of a column are equally spaced, or its values span decades."""
-        axis = self.axes.get(name)
+        """Return whether a column was swept with :log, or its values span decades."""
         low, high = self.frame[name].min(), self.frame[name].max()
-        spans = low > 0 and high / low > _DECADES and math.isfinite(high)
-        return (isinstance(axis, Span) and axis.log) or bool(spans)
+        return name in self.logs or bool(low > 0 and high / low > _DECADES and high < math.inf)
 
 
 def draw(
@@ -110,15 +96,14 @@ def draw(
     columns = [column.name for column in columns_in(sweep.manifest)]
     varied = [axis["name"] for axis in sweep.manifest["vary"]]
     along = x == "contact"
-    colour = varied[0] if along and colour is None else colour
-    colour = None if colour is None else full_name(colour, columns, varied)
     if along:
-        allowed = f"must be one of {', '.join(_ALONG)} where --x is contact"
-        require(y in _ALONG, y, None, allowed)
+        require(y in _ALONG, y, None, f"must be one of {', '.join(_ALONG)} where --x is contact")
         allowed = "the sweep did not keep the peaks of all contacts: sweep again with --peaks"
         require(sweep.manifest["peaks"], "contact", None, allowed)
+        colour = colour or varied[0]
     else:
-        x, y = full_name(x, columns, varied), full_name(y, columns, varied)
+        x, y = (full_name(name, columns, varied) for name in (x, y))
+    colour = None if colour is None else full_name(colour, columns, varied)
     for name in (x, y):
         allowed = "is text: --x and --y must be columns of numbers, text is for --colour"
         require(name not in TEXT, name, None, allowed)
@@ -127,23 +112,21 @@ def draw(
     fixed = {full_name(name, columns, varied): value for name, value in (where or {}).items()}
     allowed = f"is fixed twice: by {' and '.join(where or ())}"
     require(len(fixed) == len(where or {}), next(iter(fixed), ""), None, allowed)
-    rows, remarks = _selected(sweep, [*([] if along else [x, y]), colour], fixed)
+    names = [name for name in ("" if along else x, "" if along else y, colour) if name]
+    rows, remarks = _selected(sweep, names, fixed)
     figure = Picture(size)
     axes = figure.subplots()
     axes.grid(alpha=0.3)
     if along:
-        remarks += _draw_chains(axes, sweep, rows, y, colour)
+        remarks += _draw_chains(axes, sweep, rows, y, str(colour))
     elif y in rows.left:
         remarks += _draw_map(axes, rows, x, y, colour)
     else:
         colour = colour or ("backend" if "backend" in rows.left else None)
         remarks += _draw_over(axes, rows, x, y, colour)
-    for name, set_scale, axis in (
-        (x, axes.set_xscale, axes.xaxis),
-        (y, axes.set_yscale, axes.yaxis),
-    ):
+    for name, which, axis in ((x, "x", axes.xaxis), (y, "y", axes.yaxis)):
         if not along and rows.is_log(name):
-            set_scale("log")
+            axes.set(**{f"{which}scale": "log"})
         elif is_whole(name):
             axis.set_major_locator(at_whole_numbers())
         in_units(axis, column_named(name).label)
@@ -160,48 +143,40 @@ def draw(
 
 
 def _selected(
-    sweep: Any, names: Iterable[str | None], where: Mapping[str, Any]
+    sweep: Any, names: Sequence[str], where: Mapping[str, Any]
 ) -> tuple[_Rows, list[str]]:
     """Return the rows of a sweep that have the wanted values, and sentences on missing ones."""
-    manifest = sweep.manifest
-    axes = {
-        axis["name"]: Span(**axis)
-        if "low" in axis
-        else Listed(axis["name"], tuple(axis["values"]))
-        if "values" in axis
-        else Tabled(axis["name"], np.zeros(0))
-        for axis in manifest["vary"]
-    }
-    numbers = [name for name in dict.fromkeys(names) if name is not None]
-    crossed = [name for name, axis in axes.items() if axis.count is not None]
-    read = dict.fromkeys(("scene", "backend", "failure", *numbers, *crossed))
-    frame = sweep.to_frame(list(read))
+    vary = sweep.manifest["vary"]
+    grids = {axis["name"]: grid_values(axis) for axis in vary}
+    crossed = [name for name, values in grids.items() if values is not None]
+    frame = sweep.to_frame([*dict.fromkeys(("scene", "backend", "failure", *names, *crossed))])
     remarks = []
     if len(frame) < sweep.rows:
         there = f"{len(frame):,} of {sweep.rows:,} rows are there"
         remarks.append(f"the sweep is not complete, {there}")
     for name, value in where.items():
         if name != "backend":
-            allowed = f"does not vary in this sweep; what does: {', '.join(axes)}"
-            require(name in axes, name, None, allowed)
+            allowed = f"does not vary in this sweep; what does: {', '.join(grids)}"
+            require(name in grids, name, None, allowed)
             allowed = "was sampled or is of a table, whose rows share no values: it cannot be fixed"
-            require(axes[name].count is not None, name, None, allowed)
+            require(name in crossed, name, None, allowed)
         frame = frame[frame[name] == _meant(name, value, frame[name].unique())]
-    lacking = [name for name in numbers if name not in TEXT and frame[name].isna().any()]
-    lost = frame[lacking].isna().any(axis=1)
+    numbers = [name for name in names if name not in TEXT]
+    lost = frame[numbers].isna()
+    lacking, lost = " or ".join(name for name in numbers if lost[name].any()), lost.any(axis=1)
     if lost.all():
-        what = f"no row has {' or '.join(lacking)}" if lost.size else "its rows are not there yet"
+        what = f"no row has {lacking}" if lost.size else "its rows are not there yet"
         raise HertzchainError(f"there is nothing to draw: {what}")
     if lost.any():
         failed = int(frame["failure"][lost].notna().sum())
         more = f"; {failed:,} of them failed" if failed else ""
-        without = f"{int(lost.sum()):,} of {lost.size:,} rows have no {' or '.join(lacking)}"
+        without = f"{int(lost.sum()):,} of {lost.size:,} rows have no {lacking}"
         remarks.append(f"{without} and are left out{more}")
-    several = [name for name, axis in axes.items() if axis.count is None or axis.count > 1]
-    several += ["backend"] if len(manifest["backends"]) > 1 else []
-    numeric = {name: "float64" for name in numbers if name not in TEXT}
+    several = [name for name, values in grids.items() if values is None or values.size > 1]
+    several += ["backend"] if len(sweep.manifest["backends"]) > 1 else []
     left = [name for name in several if name not in where]
-    return _Rows(frame[~lost].astype(numeric), axes, left), remarks
+    frame = frame[~lost].astype(dict.fromkeys(numbers, "float64"))
+    return _Rows(frame, grids, left, [axis["name"] for axis in vary if axis.get("log")]), remarks
 
 
 def _meant(name: str, wanted: Any, values: NDArray[Any]) -> Any:
@@ -228,19 +203,18 @@ def _colours(axes: Axes, rows: _Rows, name: str | None) -> Any:
 
     from hertzchain.report.picture import SMALL, legend_look
 
-    figure: Any = axes.figure
     if name is None:
         return lambda values: [_BLUE] * len(values)
-    if name in TEXT:
-        texts = list(rows.frame[name].unique())
-        colour_of = {text: COLOURS.get(text, distinct(k)) for k, text in enumerate(texts)}
-        handles = [Line2D([], [], color=colour, marker="o") for colour in colour_of.values()]
-        width = figure.get_figwidth()
-        look = legend_look(texts, width, width < SMALL)
-        title = column_named(name).label
-        figure.legend(handles, texts, loc="outside upper center", title=title, **look)
-        return lambda values: [colour_of[value] for value in values]
-    return _colour_bar(axes, rows, name).to_rgba
+    if name not in TEXT:
+        return _colour_bar(axes, rows, name).to_rgba
+    figure: Any = axes.figure
+    texts, width = list(rows.frame[name].unique()), figure.get_figwidth()
+    colour_of = {text: COLOURS.get(text, distinct(k)) for k, text in enumerate(texts)}
+    handles = [Line2D([], [], color=colour, marker="o") for colour in colour_of.values()]
+    look = legend_look(texts, width, width < SMALL)
+    title = column_named(name).label
+    figure.legend(handles, texts, loc="outside upper center", title=title, **look)
+    return lambda values: [colour_of[value] for value in values]
 
 
 def _colour_bar(axes: Axes, rows: _Rows, name: str) -> Any:
@@ -252,45 +226,36 @@ def _colour_bar(axes: Axes, rows: _Rows, name: str) -> Any:
 
     low, high, is_log = rows.frame[name].min(), rows.frame[name].max(), rows.is_log(name)
     colours = ScalarMappable((LogNorm if is_log else Normalize)(low, high), "viridis")
-    bar: Any = axes.figure.colorbar(colours, ax=axes)
-    if is_whole(name) and not is_log:
-        bar.locator = at_whole_numbers()
-        bar.update_ticks()
+    ticks = at_whole_numbers() if is_whole(name) and not is_log else None
+    bar: Any = axes.figure.colorbar(colours, ax=axes, ticks=ticks)
     in_units(bar.ax.yaxis, column_named(name).label)
     return colours
 
 
 def _draw_over(axes: Axes, rows: _Rows, x: str, y: str, colour: str | None) -> list[str]:
-    """Draw lines where x belongs to a parameter on a grid, otherwise points."""
-    along = rows.behind(x)
-    across = [name for name in rows.left if name != along]
-    lines = []
-    if all(map(rows.is_crossed, (along, *across))):
-        groups = rows.frame.groupby(across, sort=False) if across else [((), rows.frame)]
-        allowed = f"must be {_MOST_LINES:,} at most to be told apart: fix {' or '.join(across)}"
-        few = len(groups) <= _MOST_LINES
-        require(few, "lines", len(groups), f"{allowed} to one value (--where NAME=VALUE)")
-        values = rows.values(str(along))  # one without a row is a gap
-        lines = [line.set_index(along, drop=False).reindex(values) for _, line in groups]
-    if lines and (colour is None or all(line[colour].nunique() < 2 for line in lines)):
-        _draw_lines(axes, rows, lines, x, y, colour)
-        how = "all values are lines of one colour; --colour tells them apart"
-    else:
-        how = "points of all values are drawn on top of one another"
+    """Draw lines over a parameter on a grid if each has one colour, otherwise points."""
+    across, hidden = rows.hidden(x), rows.hidden(x, colour)
+    if not rows.are_crossed(x, *across) or colour not in (None, *across):
         _draw_points(axes, rows, x, y, colour)
-    hidden = _listed(rows.hidden(x, colour))
-    return [f"{hidden}, too: {how}"] if hidden else []
+        return _remark(hidden, "points of all values are drawn on top of one another")
+    names = across or ["scene"]
+    lines = rows.frame.assign(scene=0).pivot_table(y, x, names)
+    values = lines.columns.get_level_values(colour or names[0])
+    # A value without a row is a gap.
+    _draw_lines(axes, rows, lines.reindex(rows.grids.get(x)), values, y, colour)
+    return _remark(hidden, "all values are lines of one colour; --colour tells them apart")
 
 
 def _draw_lines(
-    axes: Axes, rows: _Rows, lines: Sequence[pandas.DataFrame], x: str, y: str, colour: str | None
+    axes: Axes, rows: _Rows, lines: pandas.DataFrame, values: Any, y: str, colour: str | None
 ) -> None:
-    """Draw lines, each of one colour; a missing point is a gap."""
-    colours = _colours(axes, rows, colour)
+    """Draw the columns of a table over its index; ``values`` decide on their colours."""
+    allowed = f"must be {_MOST_LINES:,} at most to be told apart: fix values (--where NAME=VALUE)"
+    require(len(values) <= _MOST_LINES, "lines", len(values), allowed)
     style = "steps-mid" if is_whole(y) else "default"  # there is no p between 9 and 10
-    for line in lines:
-        (shade,) = colours(line[colour or y].dropna()[:1])
-        axes.plot(line[x], line[y], marker=".", linewidth=1.2, drawstyle=style, color=shade)
+    drawn = axes.plot(lines.index, lines, marker=".", linewidth=1.2, drawstyle=style)
+    for line, shade in zip(drawn, _colours(axes, rows, colour)(values), strict=True):
+        line.set_color(shade)
 
 
 def _draw_points(axes: Axes, rows: _Rows, x: str, y: str, colour: str | None) -> None:
@@ -300,14 +265,13 @@ def _draw_points(axes: Axes, rows: _Rows, x: str, y: str, colour: str | None) ->
     axes.scatter(frame[x], frame[y], s=area, c=shades, rasterized=len(frame) > _MOST_VECTORS)
 
 
-def _draw_chains(axes: Axes, sweep: Any, rows: _Rows, y: str, colour: str | None) -> list[str]:
+def _draw_chains(axes: Axes, sweep: Any, rows: _Rows, y: str, colour: str) -> list[str]:
     """Draw the peaks of all contacts along the chain, a line for each scene and backend."""
-    require(len(rows.frame) <= _MOST_LINES, "--where", None, "must leave 1,000 lines at most")
-    peaks = rows.frame.merge(sweep.peaks_to_frame(), on=["scene", "backend"])
-    lines = [line for _, line in peaks.groupby(["scene", "backend"], sort=False)]
-    _draw_lines(axes, rows, lines, "contact", y, colour)
-    hidden = _listed(rows.hidden(colour))
-    return [f"{hidden}, too: lines of all values are drawn"] if hidden else []
+    scenes = rows.frame.set_index(["scene", "backend"], drop=False)
+    peaks = sweep.peaks_to_frame().pivot_table(y, "contact", scenes.index.names)
+    lines = peaks[scenes.index.intersection(peaks.columns, sort=False)]
+    _draw_lines(axes, rows, lines, scenes.loc[lines.columns, colour], y, colour)
+    return _remark(rows.hidden(colour), "lines of all values are drawn")
 
 
 # Maps
@@ -315,49 +279,38 @@ def _draw_chains(axes: Axes, sweep: Any, rows: _Rows, y: str, colour: str | None
 
 def _draw_map(axes: Axes, rows: _Rows, x: str, y: str, colour: str | None) -> list[str]:
     """Draw a number over two parameters: cells of a grid, otherwise points."""
+    from matplotlib.patches import Patch
+
     if colour is None or colour in TEXT:
-        raise SceneError(
-            y, None, "varies, which makes a map: name the column of numbers to draw with --colour"
-        )
-    hidden = rows.hidden(x, y)
-    on_grid = x in rows.left and rows.is_crossed(x) and rows.is_crossed(y)
-    fixed = [f"--where {name}=VALUE" for name in hidden if rows.is_crossed(name)]
-    if hidden and (on_grid or fixed):
-        advice = " and ".join(fixed) or f"take {hidden[0]} as --x or --y"
-        raise HertzchainError(
-            f"{_listed(hidden)}, too, so that several values fall into one place of the map:"
-            f" {advice}"
-        )
-    if on_grid:
-        axes.grid(visible=False)
-        _draw_cells(axes, rows, x, y, colour)
-        return []
-    _draw_points(axes, rows, x, y, colour)
-    left_out = _listed(rows.hidden(x, y, colour))
-    return [f"{left_out}, too: the map has points of all values"] if left_out else []
-
-
-def _draw_cells(axes: Axes, rows: _Rows, x: str, y: str, colour: str) -> None:
-    values = rows.values(x), rows.values(y)
-    cells = rows.frame.pivot_table(colour, y, x).reindex(values[1], columns=values[0])
-    edges = [cell_edges(at, rows.is_log(name)) for at, name in zip(values, (x, y), strict=True)]
+        allowed = "varies, which makes a map: name the column of numbers to draw with --colour"
+        raise SceneError(y, None, allowed)
+    if rows.hidden(x, y) and rows.frame.duplicated([x, y]).any():
+        advice = "fix them (--where NAME=VALUE), or take them as --x and --y"
+        several = f"several values would share one place of the map: {advice}"
+        raise HertzchainError("; ".join(_remark(rows.hidden(x, y), several)))
+    if not rows.are_crossed(x, y):
+        _draw_points(axes, rows, x, y, colour)
+        return _remark(rows.hidden(x, y, colour), "the map has points of all values")
+    cells = rows.frame.pivot_table(colour, y, x)
+    cells = cells.reindex(rows.grids[y], columns=rows.grids[x])
+    edges = (cell_edges(cells.columns.to_numpy(), rows.is_log(x)),
+             cell_edges(cells.index.to_numpy(), rows.is_log(y)))  # fmt: skip
+    bar = _colour_bar(axes, rows, colour)
+    axes.grid(visible=False)
     axes.set_facecolor("0.85")
-    bar, shown = _colour_bar(axes, rows, colour), np.ma.masked_invalid(cells.to_numpy())
-    axes.pcolormesh(*edges, shown, norm=bar.norm, cmap=bar.cmap, rasterized=True)
+    axes.pcolormesh(*edges, cells, norm=bar.norm, cmap=bar.cmap, rasterized=True)
     if cells.isna().to_numpy().any():
-        from matplotlib.patches import Patch
-
         axes.legend(handles=[Patch(facecolor="0.85", edgecolor="0.4", label="no number")])
+    return []
 
 
 def cell_edges(values: FloatArray, log: bool) -> FloatArray:
     """Return edges, shape (values + 1,), halfway between increasing values or their logarithms."""
     at = np.log(values) if log else values
     between = (at[1:] + at[:-1]) / 2
-    first, last = 2 * at[0] - between[0], 2 * at[-1] - between[-1]
+    edges = np.array([2 * at[0] - between[0], *between, 2 * at[-1] - between[-1]])
     if not log and at[0] > 0:  # positive values have no cell edge below 0
-        first = max(first, 0.0)
-    edges = np.concatenate([[first], between, [last]])
+        edges[0] = max(edges[0], 0.0)
     return np.exp(edges) if log else edges
 
 
@@ -371,7 +324,8 @@ def _said(name: str, value: Any) -> str:
     return f"{before} {value}" if name in TEXT else f"{before}{after} = {in_prefixed(value, unit)}"
 
 
-def _listed(names: Sequence[str]) -> str:
-    """Return "A and B vary" for these names; empty where there are none."""
+def _remark(names: Sequence[str], how: str) -> list[str]:
+    """Return a sentence on names that vary and are not shown; none where there are none."""
     *most, last = names or ("",)
-    return f"{', '.join(most)} and {last} vary" if most else f"{last} varies" if last else ""
+    vary = f"{', '.join(most)} and {last} vary" if most else f"{last} varies"
+    return [f"{vary}, too: {how}"] if names else []

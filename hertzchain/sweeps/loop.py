@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import asyncio
+import functools
+import itertools
 import logging
 import math
 import pickle
@@ -14,7 +16,7 @@ from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, ThreadPo
 from contextlib import contextmanager, nullcontext, suppress
 from dataclasses import dataclass, replace
 from importlib.metadata import version
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,8 +34,7 @@ from hertzchain.scene.chain import granule_mass
 from hertzchain.scene.natural_units import MOMENTUM_IN_NATURAL_UNITS, length_and_time
 from hertzchain.scene.scene import IMPOSSIBLE_OVERLAP
 from hertzchain.scene.schedule import watched_time
-from hertzchain.scene.shocks import profile_named
-from hertzchain.sweeps.columns import ALL, COUNTS, Column, is_result, numbers_of, peak_columns
+from hertzchain.sweeps.columns import COUNTS, Column, is_result, numbers_of, peak_columns
 from hertzchain.sweeps.design import Design
 
 if TYPE_CHECKING:
@@ -47,8 +48,7 @@ if TYPE_CHECKING:
 _SAFE_RANGE = 1e200  # numbers between it and its inverse are far from the limits of floating point
 
 
-@dataclass(frozen=True, eq=False)
-class Natural:
+class Natural(NamedTuple):
     """Similarity of scenes; arrays of shape (scenes,), NaN for pulse tables."""
 
     length: FloatArray  # natural unit [m]
@@ -82,137 +82,93 @@ def natural(given: Mapping[str, NDArray[Any]]) -> Natural:
 
 
 class Rows:
-    """Rows of scenes while they are filled: numbers and parameters have the shape (rows,)."""
+    """Results of scenes while they are filled in, shape (rows,) each; NaN and None: not yet."""
 
-    def __init__(
-        self,
-        numbers: NDArray[np.int64],
-        backend: str,
-        parameters: Mapping[str, NDArray[Any]],
-        peaks: bool,
-        columns: Sequence[Column] = ALL,
-    ) -> None:
-        self.numbers, self.backend = numbers, backend
-        self._columns = columns
-        self._parameters = parameters
-        self._found: dict[str, FloatArray] = {
-            column.name: np.full(numbers.size, np.nan)
-            for column in columns
-            if is_result(column.name)
-        }
-        self._failure: NDArray[Any] = np.full(numbers.size, None, object)
-        names = peak_columns(columns)[2:] if peaks else ()
-        self._peaks = {name: np.full(numbers.size, None, object) for name in names}
+    def __init__(self, size: int, columns: Sequence[Column], peaks: bool) -> None:
+        names = [column.name for column in columns if is_result(column.name)]
+        self.numbers: dict[str, FloatArray] = {name: np.full(size, np.nan) for name in names}
+        self.failure: NDArray[Any] = np.full(size, None, object)
+        names = [*peak_columns(columns)[2:]] if peaks else []
+        self.peaks = {name: np.full(size, None, object) for name in names}
         self.versions: Mapping[str, str] = {}
-
-    def fail(self, row: int, problem: HertzchainError) -> None:
-        """Store the reason why a scene has no numbers."""
-        self._failure[row] = str(problem)
 
     def fill(self, row: int, result: Result) -> None:
         """Fill in a simulation of a scene."""
-        numbers, self.versions = numbers_of(result), result.versions
-        for name in self._found.keys() & numbers.keys():
-            if (value := numbers[name]) is not None:
-                self._found[name][row] = value
-        if self._peaks:
-            columns = {**result.first_columns, "contact": result.contact}
-            columns |= {"peak_force_N": result.peak_force, "peak_time_s": result.peak_time}
-            for name, cells in self._peaks.items():
-                values = columns.get(name, np.full(result.contact.size, np.nan))
-                is_lost = result.is_cut_off & (name != "contact")
-                cells[row] = np.where(is_lost, np.nan, values) if is_lost.any() else values
+        self.versions = result.versions
+        for name, number in numbers_of(result).items():
+            if number is not None and name in self.numbers:
+                self.numbers[name][row] = number
+        columns = {**result.first_columns, "contact": result.contact}
+        columns |= {"peak_force_N": result.peak_force, "peak_time_s": result.peak_time}
+        for name, cells in self.peaks.items():
+            values = columns.get(name, np.full(result.contact.size, np.nan))
+            is_lost = result.is_cut_off & (name != "contact")
+            cells[row] = np.where(is_lost, np.nan, values) if is_lost.any() else values
 
-    def add_batch(self, rows: NDArray[np.intp], batch: Batch, *units: FloatArray) -> Any:
-        """Fill in results of a batch of similar scenes, in natural units of [N], [m], [s].
+    def add_batch(
+        self, rows: NDArray[np.intp], batch: Batch, radius: FloatArray, *units: FloatArray
+    ) -> NDArray[np.bool_]:
+        """Fill in a batch of similar scenes, whose natural units are in [N], [m] and [s].
 
-        Returns the scenes not filled, shape (some,): their peaks are unsure or an overlap is
-        impossible.
+        Returns which are not filled in: their peaks are unsure or an overlap is impossible.
         """
-        radius = self._parameters["chain.radius"][rows]
-        numbers, peak_force, peak_time = of_batch(batch, radius, *units)
-        lost: NDArray[np.bool_] = ~(batch.error_estimate < 1)
-        lost |= ~(numbers["overlap_ratio"] <= IMPOSSIBLE_OVERLAP)
-        for name, measured in numbers.items():
-            values = self._found[name]
-            values[rows] = np.where(lost, values[rows], measured)
-        if self._peaks:
-            contacts = 2 + np.arange(peak_force.shape[1])
-            for k in np.flatnonzero(~lost).tolist():
-                self._peaks["contact"][rows[k]] = contacts
-                self._peaks["peak_force_N"][rows[k]] = peak_force[k]
-                self._peaks["peak_time_s"][rows[k]] = peak_time[k]
-        return lost
+        force, length, time = units
+        peak_force, passed = batch.peak_force * force[:, None], batch.peak_passed
+        peak_time = times_of_peaks(peak_force, batch.peak_time * time[:, None])
+        p = transitions(batch.peak_force, passed)
+        slowness = time * np.power(force, 1 / 6)
+        near, far, speed, far_off, speed_off = solitary_waves(
+            peak_force, peak_time, passed, p, 2 * radius, slowness
+        )
+        at = np.argmax(peak_force, axis=1)
+        largest = peak_force[np.arange(at.size), at]
+        overlap_ratio = np.power(largest / force, 2 / 3) * length / radius
+        numbers = {
+            "transition_granules": p,
+            "solitary_wave_force_N": near,
+            "far_field_force_N": far,
+            "far_field_error": far_off,
+            "speed_m_s": speed,
+            "speed_error": speed_off,
+            "largest_peak_force_N": largest,
+            "largest_peak_contact": at + 2,
+            "overlap_ratio": overlap_ratio,
+            "error_estimate": batch.error_estimate,
+            "force_evaluations": batch.force_evaluations,
+        }
+        fits = (batch.error_estimate < 1) & (overlap_ratio <= IMPOSSIBLE_OVERLAP)
+        for name, values in numbers.items():
+            self.numbers[name][rows[fits]] = values[fits]
+        along = {"contact": np.tile(2 + np.arange(passed.shape[1]), (at.size, 1)),
+                 "peak_force_N": peak_force, "peak_time_s": peak_time}  # fmt: skip
+        for name, cells in self.peaks.items():
+            for k in np.flatnonzero(fits).tolist():
+                cells[rows[k]] = along[name][k]
+        return np.asarray(~fits)
 
-    def table(self) -> pandas.DataFrame:
-        """Return one row per scene, with the columns of the sweep; NaN for failed scenes.
-
-        Where peaks are wanted, further columns have a list of all contacts in each cell.
-        """
+    def frame(self, others: Mapping[str, NDArray[Any]], names: Sequence[str]) -> pandas.DataFrame:
+        """Return these columns of results and ``others``, then those of peaks, lists in cells."""
         import pandas
 
-        scene_columns = {"scene": self.numbers, "backend": np.full(self.numbers.size, self.backend)}
-        results = {
+        counts = {
             name: pandas.array(np.where(values == 0, np.nan, values), "Int64")
+            for name, values in self.numbers.items()
             if name in COUNTS
-            else values
-            for name, values in self._found.items()
         }
-        failure = pandas.array(self._failure, dtype="string")
-        columns = {**scene_columns, **self._parameters, **results, "failure": failure}
-        table = {column.name: columns[column.name] for column in self._columns}
-        return pandas.DataFrame({**table, **self._peaks})
+        failure = pandas.array(self.failure, dtype="string")
+        columns = {**others, **self.numbers, **counts, "failure": failure}
+        return pandas.DataFrame({**{name: columns[name] for name in names}, **self.peaks})
 
 
 def long_table(frame: pandas.DataFrame) -> pandas.DataFrame:
     """Return one row per contact of rows whose cells have lists of all contacts."""
-    import pandas
-
     frame = frame[frame["contact"].notna()]
-    counts = frame["contact"].map(len)
-    return pandas.DataFrame(
-        {
-            name: np.repeat(frame[name].to_numpy(), counts)
-            if name in ("scene", "backend")
-            else np.concatenate(
-                [np.zeros(0, np.int64 if name == "contact" else float), *frame[name]]
-            )
-            for name in frame
-        }
-    )
-
-
-def of_batch(
-    batch: Batch, radius: FloatArray, force: FloatArray, length: FloatArray, time: FloatArray
-) -> tuple[Mapping[str, Any], FloatArray, FloatArray]:
-    """Return the numbers of similar scenes, shape (scenes,), and all peaks and their times.
-
-    ``force``, ``length`` and ``time`` are the natural units of each scene, ``radius`` is that of
-    its granules. p is 0 where there is none. Peaks and times have the shape (scenes, contacts).
-    """
-    peak_force, passed = batch.peak_force * force[:, None], batch.peak_passed
-    peak_time = times_of_peaks(peak_force, batch.peak_time * time[:, None])
-    p = transitions(batch.peak_force, passed)
-    slowness = time * np.power(force, 1 / 6)
-    near, far, speed, far_off, speed_off = solitary_waves(
-        peak_force, peak_time, passed, p, 2 * radius, slowness
-    )
-    at = np.argmax(peak_force, axis=1)
-    largest = peak_force[np.arange(at.size), at]
-    numbers = {
-        "transition_granules": p,
-        "solitary_wave_force_N": near,
-        "far_field_force_N": far,
-        "far_field_error": far_off,
-        "speed_m_s": speed,
-        "speed_error": speed_off,
-        "largest_peak_force_N": largest,
-        "largest_peak_contact": at + 2,
-        "overlap_ratio": np.power(largest / force, 2 / 3) * length / radius,
-        "error_estimate": batch.error_estimate,
-        "force_evaluations": batch.force_evaluations,
-    }
-    return numbers, peak_force, peak_time
+    scenes, contacts = frame[["scene", "backend"]], frame.drop(columns=["scene", "backend"])
+    kinds: dict[str, Any] = {"contact": np.int64}
+    lists = {str(name): np.concatenate([np.zeros(0, kinds.get(str(name), float)), *cells])
+             for name, cells in contacts.items()}  # fmt: skip
+    long = scenes.loc[frame.index.repeat(frame["contact"].map(len))]
+    return long.reset_index(drop=True).assign(**lists)
 
 
 Backend = Native | Lammps
@@ -324,43 +280,44 @@ def measure(
     ``report_progress`` is called with the number of further scenes done.
     """
     begin = time.perf_counter()
-    numbers = np.arange(part.start, part.stop)
+    numbers, name = np.arange(part.start, part.stop), NAMES[type(part.backend)]
     given = design.parameters(numbers)
-    parameters = dict(given)
+    parameters, rows = dict(given), Rows(numbers.size, design.columns, peaks)
     if design.are_plain:
         similar = natural(given)
         parameters["shock.momentum_ratio"] = similar.momentum_ratio
         parameters["shock.rise_time"] = similar.rise_time
-    rows = Rows(numbers, NAMES[type(part.backend)], parameters, peaks, design.columns)
     alone = np.ones(numbers.size, np.bool_)
     if _is_batched(design, part.backend):
         assert isinstance(part.backend, Native)
         alone = _batches(given, similar, rows, part.backend, cores or usable_cores())
         report_progress(int(np.sum(~alone)))
     scenes: dict[int, Scene] = {}
-    for row in np.nonzero(alone)[0].tolist():
+    for row in np.flatnonzero(alone).tolist():
         try:
             scene = design.scene(given, row)
-            if scene.shock.section == "shock" and not (design.are_plain and scene.pulse):
-                parameters["shock.momentum_ratio"][row] = scene.momentum_ratio
-                if scene.rise_time is not None:
-                    parameters["shock.rise_time"][row] = scene.rise_time
-            scenes[row] = scene
         except HertzchainError as problem:
-            rows.fail(row, problem)
+            rows.failure[row] = str(problem)
             report_progress(1)
+            continue
+        scenes[row] = scene
+        if scene.shock.section == "shock" and not (design.are_plain and scene.pulse):
+            parameters["shock.momentum_ratio"][row] = scene.momentum_ratio
+            if scene.rise_time is not None:
+                parameters["shock.rise_time"][row] = scene.rise_time
     results = _results(list(scenes.values()), part.backend, child, cores)
     for row, result in zip(scenes, results, strict=True):
         if isinstance(result, BackendMissing):
             raise result
         if isinstance(result, MemoryError):
-            rows.fail(row, RunFailed("there is not enough memory for this scene"))
+            rows.failure[row] = "there is not enough memory for this scene"
         elif isinstance(result, HertzchainError):
-            rows.fail(row, result)
+            rows.failure[row] = str(result)
         else:
             rows.fill(row, result)
         report_progress(1)
-    table = rows.table()
+    others = {"scene": numbers, "backend": np.full(numbers.size, name), **parameters}
+    table = rows.frame(others, [column.name for column in design.columns])
     table.attrs["hertzchain"] = {
         "wall_time_s": time.perf_counter() - begin,
         "versions": {"hertzchain": version("hertzchain"), **rows.versions},
@@ -371,38 +328,34 @@ def measure(
 def _batches(
     given: Mapping[str, NDArray[Any]], similar: Natural, rows: Rows, native: Native, cores: int
 ) -> NDArray[np.bool_]:
-    """Measure scenes in the compiled batch, by profile and length; return those left, (scenes,)."""
+    """Measure scenes in the compiled batch, those of each length together; return those left."""
     from hertzchain.engines.native import backend
-    from hertzchain.engines.native.batch import similar_peak_forces
+    from hertzchain.engines.native.batch import on_cores, plain_peaks
 
     rtol = RTOL if native.rtol is None else native.rtol
-    profile, granules = given["shock.profile"], given["chain.granules"]
-    fit = similar.is_moderate & (similar.duration * granules < _SINGLE_SCENE_WORK)
-    alike = [
-        np.nonzero((profile == shape) & (granules == count) & fit)[0]
-        for shape in np.unique(profile)
-        for count in np.unique(granules[(profile == shape) & fit])
-    ]
+    granules = given["chain.granules"]
+    fits = similar.is_moderate & (similar.duration * granules < _SINGLE_SCENE_WORK)
+    alike = [np.flatnonzero(fits & (granules == count)) for count in np.unique(granules[fits])]
     # Many small batches keep all cores busy side by side, a few large ones each by itself.
     at_once = cores if len(alike) >= 2 * cores else 1
 
     def batch(some: NDArray[np.intp]) -> Batch | None:
-        ratio, n = similar.momentum_ratio[some], given["shock.duration_ratio"][some]
-        shape, count = profile_named(str(profile[some[0]])), int(granules[some[0]])
-        limit = min(native.time_limit * some.size, _YEAR)
+        names = "shock.profile", "shock.duration_ratio"
+        profiles, n = (given[name][some] for name in names)
+        ratio, limit = similar.momentum_ratio[some], min(native.time_limit * some.size, _YEAR)
+        how = int(granules[some[0]]), rtol, limit, cores // at_once
         try:
-            return similar_peak_forces(shape, ratio, n, count, rtol, limit, cores // at_once)
+            return plain_peaks(profiles, ratio, n, *how)
         except TooExpensive:  # measured one by one, the failing scene gets the reason
             return None
 
-    left = np.ones(fit.size, np.bool_)
+    left = np.ones(fits.size, np.bool_)
     rows.versions = backend.versions()
-    with ThreadPoolExecutor(at_once) as pool:
-        batches = map(batch, alike) if at_once == 1 else pool.map(batch, alike)
-        for some, batched in zip(alike, batches, strict=True):
-            if batched is not None:
-                force, length = given["shock.peak_force"][some], similar.length[some]
-                left[some] = rows.add_batch(some, batched, force, length, similar.time[some])
+    batches = map(batch, alike) if at_once == 1 else on_cores(batch, alike, at_once)
+    for some, batched in zip(alike, batches, strict=True):
+        if batched is not None:
+            similarity = given["chain.radius"], given["shock.peak_force"], *similar[:2]
+            left[some] = rows.add_batch(some, batched, *(values[some] for values in similarity))
     return left
 
 
@@ -411,11 +364,9 @@ def _results(
 ) -> Iterator[Result | HertzchainError | MemoryError]:
     """Yield the result of each scene, or why there is none; LAMMPS runs in a child process."""
     if isinstance(backend, Native):
-        from hertzchain.engines.native.batch import AT_ONCE, results_of
+        from hertzchain.engines.native.batch import results_of
 
-        native, deadline = replace(backend, peaks_only=True), Deadline(_YEAR)
-        for start in range(0, len(scenes), AT_ONCE):
-            yield from results_of(scenes[start : start + AT_ONCE], native, deadline, cores)
+        yield from results_of(scenes, replace(backend, peaks_only=True), Deadline(_YEAR), cores)
         return
     from hertzchain.engines.lammps.backend import run_in
 
@@ -437,7 +388,7 @@ def _in_turn(
     """Submit parts, as many at once as there is room for, and yield those that are done."""
     waiting, at_work = iter(parts), dict[Future[Any], Part]()
     while True:
-        while len(at_work) < room() and (part := next(waiting, None)) is not None:
+        for part in itertools.islice(waiting, max(0, room() - len(at_work))):
             future = submit(part)
             at_work[future] = part
             if future.done():  # stored before another is measured
@@ -464,7 +415,6 @@ def loop_here(
     idle: queue.SimpleQueue[Child] = queue.SimpleQueue()
     for child in children:
         idle.put(child)
-    is_simple: dict[Backend, bool] = {}
 
     def report(scenes: int) -> None:
         if stopped.is_set():
@@ -483,11 +433,12 @@ def loop_here(
         report(part.size)
         return table
 
+    @functools.cache
+    def is_simple(backend: Backend) -> bool:
+        return _is_batched(design, backend) or _is_short(design, backend)
+
     def submit(part: Part) -> Future[pandas.DataFrame]:
-        backend = part.backend
-        if backend not in is_simple:
-            is_simple[backend] = _is_batched(design, backend) or _is_short(design, backend)
-        if not is_simple[backend]:
+        if not is_simple(part.backend):
             return pool.submit(in_process, part)
         future = Future[Any]()
         future.set_result(measure(design, part, peaks, report_progress=report_progress))
@@ -528,27 +479,40 @@ def loop_on(scheduler: str) -> Iterator[Loop]:
                 f"the scheduler {scheduler!r} cannot be reached ({reason}): is it running, and is"
                 " this its address, such as tcp://host:8786?"
             ) from None
-        room, executor = _Room(client, scheduler), client.get_executor(pure=False)
-
-        def loop(
-            design: Design, parts: Iterable[Part], peaks: bool, report_progress: Report
-        ) -> Tables:
-            def submit(part: Part) -> Future[Any]:
-                future: Future[Any] = executor.submit(
-                    pickle.loads, pickle.dumps(Task(design, part, peaks))
-                )
-                return future
-
-            for part, future in _in_turn(submit, room.now, parts):
-                table = _outcome(future, part, scheduler)
-                report_progress(part.size)
-                yield part, table
-
         try:
-            yield loop
+            yield functools.partial(_loop_of, client, scheduler)
         finally:  # parts that are not done are dropped
             with suppress(OSError):
                 client.close(timeout=_FAREWELL)
+
+
+def _loop_of(
+    client: Any, scheduler: str, design: Design, parts: Iterable[Part], peaks: bool, report: Report
+) -> Tables:
+    """Measure parts on the workers of a client of Dask."""
+    executor, threads = client.get_executor(pure=False), -1
+
+    def submit(part: Part) -> Future[Any]:
+        task = Task(version("hertzchain"), pickle.dumps((design, part, peaks)))
+        future: Future[Any] = executor.submit(pickle.loads, pickle.dumps(task))
+        return future
+
+    def room() -> int:
+        nonlocal threads
+        if client.status != "running":
+            raise _lost(scheduler)
+        before = threads
+        with suppress(OSError):  # a scheduler that answers slowly, or is lost
+            there = client.sync(client.nthreads, callback_timeout=_PATIENCE)
+            threads = sum(there.values())
+        if threads == 0 != before:
+            _log.warning("hertzchain: %s has no workers: the sweep waits for some", scheduler)
+        return _AHEAD * max(threads, 1)
+
+    for part, future in _in_turn(submit, room, parts):
+        table = _outcome(future, part, scheduler)
+        report(part.size)
+        yield part, table
 
 
 async def _check_scheduler(address: str) -> None:
@@ -561,21 +525,15 @@ async def _check_scheduler(address: str) -> None:
     there.abort()
 
 
-@dataclass(frozen=True)
-class Task:
-    """A part sent to a worker: pickled here, measured where it is unpickled.
+class Task(NamedTuple):
+    """A part sent to a worker: measured where it is unpickled, after its version is compared."""
 
-    Versions are compared before the part is read.
-    """
-
-    design: Design
-    part: Part
-    peaks: bool
+    version: str
+    packed: bytes
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Return the call that pickle.loads makes."""
-        packed = pickle.dumps((self.design, self.part, self.peaks))
-        return work, (version("hertzchain"), packed)
+        return work, tuple(self)
 
 
 def work(wanted: str, packed: bytes) -> pandas.DataFrame:
@@ -592,30 +550,6 @@ def work(wanted: str, packed: bytes) -> pandas.DataFrame:
         return measure(design, part, peaks, cores=1)
     except BackendMissing as problem:
         raise BackendMissing(f"on {who}: {problem}") from None
-
-
-class _Room:
-    """The number of parts that the present workers take."""
-
-    def __init__(self, client: Any, scheduler: str) -> None:
-        self._client, self._scheduler = client, scheduler
-        self._threads, self._next_check, self._waits = 0, 0.0, False
-
-    def now(self) -> int:
-        """Return enough parts for the workers; report if there are none."""
-        if time.monotonic() >= self._next_check:
-            if self._client.status != "running":
-                raise _lost(self._scheduler)
-            with suppress(OSError):  # a scheduler that answers slowly, or is lost
-                there = self._client.sync(self._client.nthreads, callback_timeout=_PATIENCE)
-                self._threads = sum(there.values())
-                if self._threads == 0 and not self._waits:
-                    _log.warning(
-                        "hertzchain: %s has no workers: the sweep waits for some", self._scheduler
-                    )
-                self._waits = self._threads == 0
-            self._next_check = time.monotonic() + _INTERVAL
-        return _AHEAD * max(self._threads, 1)
 
 
 def _outcome(future: Future[Any], part: Part, scheduler: str) -> pandas.DataFrame:
@@ -651,11 +585,8 @@ def _lost(scheduler: str) -> RunFailed:
 def _quiet() -> Iterator[None]:
     """Silence Dask's loggers; errors are reported in one sentence."""
     # Dask gives some of its loggers their own level and handler.
-    loggers = [
-        logger
-        for name, logger in logging.root.manager.loggerDict.items()
-        if isinstance(logger, logging.Logger) and name.partition(".")[0] == "distributed"
-    ]
+    names = [name for name in logging.root.manager.loggerDict if name.startswith("distributed")]
+    loggers = [logging.getLogger(name) for name in names]
     before = [logger.level for logger in loggers]
     for logger in loggers:
         logger.setLevel(logging.CRITICAL + 1)

@@ -12,7 +12,6 @@ import pandas as pd
 import pytest
 
 import hertzchain as hc
-from hertzchain.engines.native.batch import Batch
 from hertzchain.errors import HertzchainError, SceneError
 from hertzchain.scene.file import KEYS
 from hertzchain.scene.keys import keys_of
@@ -232,38 +231,31 @@ def test_rows_of_the_compiled_batch_are_those_of_single_runs() -> None:
         assert np.median(late) < 1e-3
 
 
-def filled(batch: Batch, force: float) -> tuple[pd.DataFrame, list[bool]]:
-    """The row of a scene whose batch this is, and whether it was refused."""
-    given = design(SHORT, {"shock.peak_force": [force]}).parameters(np.arange(1))
-    rows = Rows(np.arange(1), "native", given, True)
+@pytest.mark.parametrize(
+    ("error", "force", "seen", "is_lost"),
+    [
+        (1e-6, 100.0, 11, False),
+        (1e-6, 100.0, 5, False),  # contacts p + 2 and on still pressed: no p
+        *((error, 100.0, 11, True) for error in (1.0, np.inf, np.nan)),
+        (1e-6, 1e9, 11, True),  # too deep
+    ],
+)
+def test_rows_of_a_batch(error: float, force: float, seen: int, is_lost: bool) -> None:
+    batch = hc.similar_peak_forces("cosine", 1.0, 2.0, 12, rtol=1e-6)
+    batch.peak_passed[0, seen:] = False
+    rows = Rows(1, ALL, True)
     units = hc.Scene(SHORT.chain, hc.Pulse("cosine", force, 2.0, momentum_ratio=1.0)).units
-    at = (np.array([value]) for value in (units.force, units.length, units.time))
-    lost = rows.add_batch(np.arange(1), batch, *at)
-    return rows.table(), lost.tolist()
-
-
-def test_what_a_batch_did_not_see_the_end_of_has_no_p() -> None:
-    batch = hc.similar_peak_forces("cosine", 1.0, 2.0, 12, rtol=1e-6)
-    table, lost = filled(batch, 100.0)
-    assert lost == [False]
-    p = table["transition_granules"][0]
-    assert p == 5
-    passed = batch.peak_passed.copy()
-    passed[0, p:] = False  # contacts p + 2 and on still pressed
-    table, lost = filled(replace(batch, peak_passed=passed), 100.0)
-    assert lost == [False]
-    assert table["transition_granules"].isna().all()
-    assert table[["solitary_wave_force_N", "far_field_force_N", "speed_m_s"]].isna().all(axis=None)
-
-
-@pytest.mark.parametrize("error", [1.0, np.inf, np.nan])
-def test_a_batch_without_a_sure_digit_fills_in_nothing(error: float) -> None:
-    batch = hc.similar_peak_forces("cosine", 1.0, 2.0, 12, rtol=1e-6)
-    table, lost = filled(replace(batch, error_estimate=np.array([error])), 100.0)
-    assert lost == [True]
+    similarity = [SHORT.chain.radius, units.force, units.length, units.time]
+    unsure = replace(batch, error_estimate=np.array([error]))
+    lost = rows.add_batch(np.arange(1), unsure, *np.array(similarity)[:, np.newaxis])
     names = [column.name for column in ALL if is_result(column.name)]
-    assert table.loc[0, [*names, "failure"]].isna().all()
-    assert filled(batch, 1e9)[1] == [True]  # too deep
+    table = rows.frame({}, [*names, "failure"])
+    assert lost.tolist() == [is_lost]
+    assert table["failure"].isna().all()
+    assert table[names].isna().all(axis=None) == is_lost
+    assert table["transition_granules"].fillna(0).tolist() == [5 if not is_lost and seen > 5 else 0]
+    waves = table[["solitary_wave_force_N", "far_field_force_N", "speed_m_s"]]
+    assert waves.isna().any(axis=None) == (is_lost or seen == 5)
 
 
 def test_a_scene_that_fails_is_a_row_with_the_reason_a_single_run_has() -> None:

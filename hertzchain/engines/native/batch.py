@@ -6,6 +6,7 @@ these. Scenes with terms make their first two runs in one compiled loop.
 
 from __future__ import annotations
 
+import functools
 import itertools
 import math
 import os
@@ -15,7 +16,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from contextvars import copy_context
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from numbers import Integral
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -73,7 +74,7 @@ from hertzchain.scene.scene import (
     to_scene,
 )
 from hertzchain.scene.schedule import watched_time
-from hertzchain.scene.shocks import PROFILES, Profile, Pulse
+from hertzchain.scene.shocks import PROFILES, Profile, Pulse, profile_named
 from hertzchain.showing import Shown
 
 if TYPE_CHECKING:
@@ -183,80 +184,58 @@ def peak_forces(
     listed = isinstance(scenes, Iterable) and not isinstance(scenes, str | os.PathLike)
     require(listed, "scenes", None, "must be a list of scenes, or of paths of their files")
     check_wanted(wanted)
-    return _peaks_of([to_scene(scene) for scene in scenes], rtol, time_limit, wanted)
-
-
-def _peaks_of(scenes: Sequence[Scene], rtol: float, time_limit: float, wanted: str | None) -> Batch:
-    """Peaks of scenes in SI units; as ``peak_forces``."""
-    require(len(scenes) > 0, "scenes", len(scenes), "must be at least one")
-    if wanted is None:
-        wanted = min(map(usually_wanted, scenes), key=WANTED.index)
-    if wanted == "first" or not all(scene.is_plain for scene in scenes):
-        return _one_by_one(scenes, rtol, time_limit, wanted)
-    granules = _common_length(scenes)
-
-    plans.check(rtol)
-    check_time_limit(time_limit)
-    plan = plans.cheapest(rtol, checked=False)
-    calibrated = np.array([plans.is_calibrated(scene) for scene in scenes])
-    legs = [
-        leg_rows(plan.walker.cut(scene.schedule(plan.step * scene.contact_time)), scene.units)
-        for scene in itertools.compress(scenes, calibrated)
-    ]
-    rows = np.zeros((len(legs), max(map(len, legs), default=0), 8))
-    for of_scene, row in zip(rows, legs, strict=True):
-        of_scene[: len(row)] = row
-    batch = _accurate_enough(
-        rows, calibrated, scenes.__getitem__, granules, rtol, time_limit, usable_cores()
+    given = [to_scene(scene) for scene in scenes]
+    require(len(given) > 0, "scenes", len(given), "must be at least one")
+    lengths = sorted({scene.chain.granules for scene in given})
+    allowed = "must be the same in all scenes: one batch for each length"
+    require(len(lengths) == 1, "granules", lengths, allowed)
+    allowed = "must be in all scenes or in none: one batch with walls, one without"
+    require(len({scene.contacts for scene in given}) == 1, "wall", None, allowed)
+    wanted = wanted or min(map(usually_wanted, given), key=WANTED.index)
+    if wanted == "first" or not all(scene.is_plain for scene in given):
+        return _one_by_one(given, rtol, time_limit, wanted)
+    calibrated = np.array([plans.is_calibrated(scene) for scene in given])
+    pulses = [(scene.pulse, scene.momentum_ratio) for scene in given]
+    numbers = [(pulse.profile, ratio, pulse.duration_ratio) if pulse else ("", 1.0, 2.0)
+               for pulse, ratio in pulses]  # fmt: skip
+    profiles, ratio, n = map(np.array, zip(*numbers, strict=True))
+    batch = plain_peaks(
+        profiles, ratio, n, lengths[0], rtol, time_limit, None, calibrated, given.__getitem__
     )
-    force = np.array([scene.units.force for scene in scenes])[:, None]
-    time = np.array([scene.units.time for scene in scenes])[:, None]
-    for k, (scene, largest) in enumerate(zip(scenes, batch.peak_force.max(axis=1), strict=True)):
-        force_here = float(largest) * scene.units.force
-        refuse_deep_overlap(overlap_ratio(scene.chain, force_here), f"scene {k}: ")
+    force, time = (np.array([[getattr(scene.units, name)] for scene in given])
+                   for name in ("force", "time"))  # fmt: skip
     peak_force = batch.peak_force * force
+    for k, (scene, largest) in enumerate(zip(given, peak_force.max(axis=1), strict=True)):
+        refuse_deep_overlap(overlap_ratio(scene.chain, float(largest)), f"scene {k}: ")
     peak_time = times_of_peaks(peak_force, batch.peak_time * time)
     return replace(batch, peak_force=peak_force, peak_time=peak_time)
 
 
-def _common_length(scenes: Sequence[Scene]) -> int:
-    lengths = sorted({scene.chain.granules for scene in scenes})
-    allowed = "must be the same in all scenes: one batch for each length"
-    require(len(lengths) == 1, "granules", lengths, allowed)
-    allowed = "must be in all scenes or in none: one batch with walls, one without"
-    require(len({scene.contacts for scene in scenes}) == 1, "wall", None, allowed)
-    return lengths[0]
-
-
 def _one_by_one(scenes: Sequence[Scene], rtol: float, time_limit: float, wanted: str) -> Batch:
-    """Return the peaks of scenes that are run one by one."""
-    _common_length(scenes)
+    """Return the peaks of scenes whose results are made one by one."""
     native = Native(rtol=rtol, wanted=wanted)
     results = list(run_each(scenes, native, Deadline(time_limit)))
-    first = [result.first_columns for result in results]
-    return Batch(
-        np.array([result.peak_force for result in results]),
-        np.array([result.peak_time for result in results]),
-        np.array([result.error_estimate for result in results]),
-        np.array([result.peak_passed for result in results]),
-        np.array([result.force_evaluations for result in results], np.int64),
-        {name: np.array([columns[name] for columns in first]) for name in first[0]},
-        scenes[0].contacts[0],
+    first, names = (
+        [result.first_columns for result in results],
+        [each.name for each in fields(Batch)],
     )
+    numbers: dict[str, Any] = {
+        name: np.array([getattr(result, name) for result in results]) for name in names[:5]
+    }
+    of_first = {name: np.array([columns[name] for columns in first]) for name in first[0]}
+    return Batch(**numbers, first_columns=of_first, first_contact=scenes[0].contacts[0])
 
 
 def run_each(scenes: Iterable[Scene], native: Native, deadline: Deadline) -> Iterator[Result]:
     """Yield the results of scenes in their order, on all cores; the first that fails raises."""
-    waiting = iter(scenes)
-    while some := list(itertools.islice(waiting, AT_ONCE)):
-        for result in results_of(some, native, deadline):
-            if isinstance(result, Exception):
-                raise result
-            yield result
+    for result in results_of(scenes, native, deadline):
+        if isinstance(result, Exception):
+            raise result
+        yield result
 
 
 def results_of(
-    scenes: Sequence[Scene], native: Native, deadline: Deadline, cores: int | None = None
+    scenes: Iterable[Scene], native: Native, deadline: Deadline, cores: int | None = None
 ) -> Iterator[Result | HertzchainError | MemoryError]:
     """Yield the result of each scene, as of a run by itself, or why it has none.
 
@@ -266,10 +245,7 @@ def results_of(
     import hertzchain.engines.native.elastic  # noqa: F401 - loaded before any clock starts
     from hertzchain.observables.preparation import Watched
 
-    cores = cores or usable_cores()
-    with Watched() as preparation:
-        clock = Deadline(max(deadline.left, 0.0), lambda: preparation.time)
-        prepared = _prepared(scenes, native, clock, cores)
+    cores, waiting = cores or usable_cores(), iter(scenes)
     of_wanted = {wanted: replace(native, wanted=wanted) for wanted in WANTED}
 
     def run(scene: Scene, prepared: Prepared | None) -> Result | HertzchainError | MemoryError:
@@ -283,11 +259,16 @@ def results_of(
         except (HertzchainError, MemoryError) as problem:
             return problem
 
-    def run_part(some: slice) -> list[Result | HertzchainError | MemoryError]:
-        return [run(*each) for each in zip(scenes[some], prepared[some], strict=True)]
+    def run_part(part: Sequence[Any]) -> list[Result | HertzchainError | MemoryError]:
+        return [run(*each) for each in part]
 
-    for results in on_cores(run_part, _parts(len(scenes), cores), cores):
-        yield from results
+    while some := list(itertools.islice(waiting, AT_ONCE)):
+        with Watched() as preparation:
+            time_left = max(deadline.left, 0.0)
+            clock = Deadline(time_left, functools.partial(getattr, preparation, "time"))
+            pairs = list(zip(some, _prepared(some, native, clock, cores), strict=True))
+        for results in on_cores(run_part, [pairs[k] for k in _parts(len(some), cores)], cores):
+            yield from results
 
 
 def on_cores(run: Callable[[Any], Any], items: Iterable[Any], cores: int | None = None) -> Any:
@@ -464,48 +445,39 @@ def similar_peak_forces(
     require(bool(np.all(np.isfinite(ratio) & (ratio > 0))), "momentum_ratio", None, POSITIVE)
     possible = bool(np.all(np.isfinite(n) & (n > 1)))
     require(possible, "duration_ratio", None, "must be finite numbers above 1")
-    plans.check(rtol)
-    check_time_limit(time_limit)
-    plan, calibrated = plans.cheapest(rtol, checked=False), plans.is_known(ratio, n, granules)
-    rise = (2 * MOMENTUM_IN_NATURAL_UNITS * ratio / n)[calibrated]
-    corners = np.stack([np.zeros_like(rise), rise, n[calibrated] * rise, n[calibrated] * rise], 1)
-    corners[:, 3] += watched_time(granules, ratio[calibrated])
-    rows, start, end = np.zeros((rise.size, 3, 8)), corners[:, :-1], corners[:, 1:]
-    rows[:, :, 0], rows[:, :, 1] = start, end
-    rows[:, :, 2] = np.ceil((end - start) / plan.step)
-    rows[:, :2, 4], rows[:, :2, 5] = start[:, :2], end[:, :2]
-    rows[:, 0, 7] = rows[:, 1, 6] = 1.0
-    for k, shape in enumerate(PROFILES[profile]):
-        rows[:, k, 3] = code_of(shape)
-        if SHAPES[shape].is_curved:
-            rows[:, k, 2] *= np.ceil(plan.walker.cosine_steps / rows[:, k, 2])
-    chain = Chain(granules, **_ANY)
-
-    def scene_of(k: int) -> Scene:
-        shock = Pulse(profile, _WEAK, float(n[k]), momentum_ratio=float(ratio[k]))
-        return Scene(chain, shock)
-
-    return _accurate_enough(
-        rows, calibrated, scene_of, granules, rtol, time_limit, cores or usable_cores()
-    )
+    return plain_peaks(np.full(ratio.size, profile), ratio, n, granules, rtol, time_limit, cores)
 
 
-def _accurate_enough(
-    rows: FloatArray,
-    calibrated: NDArray[np.bool_],
-    scene_of: Callable[[int], Scene],
+def plain_peaks(
+    profiles: NDArray[Any],
+    ratio: FloatArray,
+    n: FloatArray,
     granules: int,
     rtol: float,
     time_limit: float,
-    cores: int,
+    cores: int | None = None,
+    calibrated: NDArray[np.bool_] | None = None,
+    scene_of: Callable[[int], Scene] | None = None,
 ) -> Batch:
-    """Compute the peaks of all plain scenes in natural units.
+    """Return the peaks of plain scenes in natural units: as ``similar_peak_forces``, unchecked.
 
-    Scenes whose largest error is known (``calibrated``) run once, with ``rows``, their legs, shape
-    (calibrated, legs, 8). The others run as single scenes do, with an estimate of the error.
+    Scenes whose largest error is known (``calibrated``) run once. The others, ``scene_of`` their
+    numbers, run as single scenes do, with an estimate of the error.
     """
     import hertzchain.engines.native.elastic  # noqa: F401 - loaded before any clock starts
     from hertzchain.observables.preparation import Watched
+
+    plans.check(rtol)
+    check_time_limit(time_limit)
+    if calibrated is None:
+        calibrated = plans.is_known(ratio, n, granules)
+    chain, cores = Chain(granules, **_ANY), cores or usable_cores()
+
+    def similar(k: int) -> Scene:
+        shock = Pulse(
+            profile_named(profiles[k]), _WEAK, float(n[k]), momentum_ratio=float(ratio[k])
+        )
+        return Scene(chain, shock)
 
     with Watched() as preparation:
         deadline = Deadline(time_limit, lambda: preparation.time)
@@ -516,9 +488,9 @@ def _accurate_enough(
         passed = np.zeros(force.shape, np.bool_)
         if indices.size:
             plan = plans.cheapest(rtol, checked=False)
-            force[indices], time[indices], end, taken = _march_all(
-                rows, plan.walker, granules, deadline, cores
-            )
+            rows = _pulse_rows(profiles[indices], ratio[indices], n[indices], granules, plan)
+            march = rows, plan.walker, granules, deadline, cores
+            force[indices], time[indices], end, taken = _march_all(*march)
             # A motion that diverged has no meaningful number of evaluations.
             evaluations[indices] = np.nan_to_num(taken)
             error[indices] = np.where(np.isnan(taken), np.inf, plan.least(taken))
@@ -528,13 +500,34 @@ def _accurate_enough(
         def march_one(k: int) -> None:
             if deadline.left <= 0:
                 raise deadline.passed()
-            single = native.accurate_enough(scene_of(k), None, deadline, rtol)
+            single = native.accurate_enough((scene_of or similar)(k), None, deadline, rtol)
             run, errors = single.simulation, single.errors
             force[k], time[k], passed[k] = run.peaks.force, run.peaks.time, run.peaks.passed
             error[k], evaluations[k] = errors.largest, run.evaluations
 
         list(on_cores(march_one, np.flatnonzero(~(error <= rtol)).tolist(), cores))
         return Batch(force, time, error, passed, evaluations)
+
+
+def _pulse_rows(
+    profiles: NDArray[Any], ratio: FloatArray, n: FloatArray, granules: int, plan: plans.Plan
+) -> FloatArray:
+    """Return the legs of pulses in the form of the kernels, shape (scenes, 3, 8)."""
+    rise = 2 * MOMENTUM_IN_NATURAL_UNITS * ratio / n
+    corners = np.stack([np.zeros_like(rise), rise, n * rise, n * rise], 1)
+    corners[:, 3] += watched_time(granules, ratio)
+    rows = np.zeros((rise.size, 3, 8))
+    rows[:, :, 0], rows[:, :, 1] = corners[:, :-1], corners[:, 1:]
+    rows[:, :, 2] = np.ceil(np.diff(corners) / plan.step)
+    rows[:, :2, 4:6] = rows[:, :2, :2]
+    rows[:, 0, 7] = rows[:, 1, 6] = 1.0
+    for profile in np.unique(profiles):
+        some = profiles == profile
+        for k, shape in enumerate(PROFILES[profile]):
+            rows[some, k, 3] = code_of(shape)
+            if SHAPES[shape].is_curved:
+                rows[some, k, 2] *= np.ceil(plan.walker.cosine_steps / rows[some, k, 2])
+    return rows
 
 
 def _march_all(
