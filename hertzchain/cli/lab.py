@@ -246,7 +246,7 @@ def fit(
     output: Path | None = typer.Option(
         None, "-o", "--output", metavar="FILE", help="Write the fitted scene (.toml)."
     ),
-    time_limit: options.TimeLimit = "1 h",
+    time_limit: options.TimeLimitOfAll = "1 h",
     as_json: options.AsJson = False,
 ) -> None:
     """Fit values of a scene to measured forces or peaks.
@@ -276,10 +276,15 @@ def spread(
     scene: options.SceneFile,
     *,
     realisations: int = typer.Option(
-        256, "-n", "--realisations", metavar="N", help="How many runs; a power of two is taken."
+        256,
+        "-n",
+        "--realisations",
+        metavar="N",
+        help="How many runs; the next power of two is taken. What each input causes needs 32 an"
+        " input.",
     ),
     rtol: float = typer.Option(1e-4, help="Wanted relative accuracy of each run."),
-    time_limit: options.TimeLimit = "1 h",
+    time_limit: options.TimeLimitOfAll = "1 h",
     output: Path | None = typer.Option(
         None, "-o", "--output", help="Write the spread of all results (.csv, .parquet, .json)."
     ),

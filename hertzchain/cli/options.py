@@ -50,6 +50,13 @@ TimeLimit = Annotated[
         help='How long each simulation may take, seconds or with a unit ("10 min").',
     ),
 ]
+TimeLimitOfAll = Annotated[
+    str,
+    typer.Option(
+        metavar="TIME",
+        help='How long all runs together may take, seconds or with a unit ("10 min").',
+    ),
+]
 LargestStep = Annotated[
     str | None,
     typer.Option(

@@ -69,7 +69,7 @@ def sweep(
         metavar="FILE",
         help="Instead of --vary: a table (.csv, .parquet) with one row for each scene, whose"
         " columns are keys, also with a unit: chain.radius [mm]. Empty cells have the value of the"
-        " scene.",
+        " scene. A .csv may have semicolons and decimal commas.",
     ),
     backend: list[Source] | None = typer.Option(
         None,
@@ -158,10 +158,13 @@ def _read_table(path: Path) -> Any:
             return pandas.read_parquet(path)
         if path.suffix.lower() == ".csv":
             text = path.read_text(encoding="utf-8-sig").rstrip()
+            header = text.partition("\n")[0]  # no key has one of these marks
+            separator = next((mark for mark in ";\t" if mark in header), ",")
             with warnings.catch_warnings(action="error"):  # a row with more cells than the header
                 return pandas.read_csv(
                     io.StringIO(text), skipinitialspace=True, index_col=False, na_values=[""],
-                    skip_blank_lines=False, keep_default_na=False,
+                    skip_blank_lines=False, keep_default_na=False, sep=separator,
+                    decimal="," if separator == ";" else ".",
                 )  # fmt: skip
     except pandas.errors.ParserWarning:
         raise HertzchainError(f"{allowed}; a row has more cells than the header") from None

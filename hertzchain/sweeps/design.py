@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import hashlib
+import itertools
 import math
 import re
 import warnings
+from collections import defaultdict
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import asdict, dataclass
 from functools import cache
@@ -135,6 +137,7 @@ class Tabled:
 Axis = Listed | Span | Tabled
 """A parameter that varies; those of a table vary together."""
 
+_FEW = 4  # most rows, values and columns that a message lists (chosen)
 _WITH_UNIT = re.compile(r"(.+?)\s*\[(.+)\]\s*")
 """The head of a column with a unit, such as ``chain.radius [mm]``."""
 
@@ -146,7 +149,7 @@ def is_given(cells: NDArray[Any]) -> NDArray[np.bool_]:
 
 def axes_of_table(table: pandas.DataFrame, full: Callable[[str], str]) -> tuple[Tabled, ...]:
     """Return the columns of a table; ``full`` gives the full name of a parameter."""
-    axes = []
+    axes, wrong = [], defaultdict[tuple[str, str], list[str]](list)
     for place, head in enumerate(table.columns):
         match = _WITH_UNIT.fullmatch(str(head))
         name = full(match[1] if match else str(head).strip())
@@ -160,12 +163,21 @@ def axes_of_table(table: pandas.DataFrame, full: Callable[[str], str]) -> tuple[
             try:
                 values[cell] = _cell(name, cell, match[2] if match else "")
             except SceneError as problem:
-                row = 1 + int(np.argmax((cells == cell).to_numpy()))
-                allowed = f"{problem.allowed} (row {row} of the table)"
-                raise SceneError(problem.key, problem.value, allowed) from None
+                rows = 1 + np.flatnonzero(cells == cell)
+                listed = f"{'rows' if rows.size > 1 else 'row'} {', '.join(map(str, rows[:_FEW]))}"
+                more = f" and {rows.size - _FEW} more" if rows.size > _FEW else ""
+                of_rule = wrong[problem.key, problem.allowed]
+                of_rule.append(f"{problem.value!r:.40} ({listed}{more})")
         empty, kind = ("", str) if _key(name).kind == "str" else (np.nan, float)
         column = cells.map(values).astype(object).where(cells.notna(), empty)
-        axes.append(Tabled(name, column.to_numpy().astype(kind)))
+        if not wrong:
+            axes.append(Tabled(name, column.to_numpy().astype(kind)))
+    if wrong:
+        sentences = [
+            f"{key}: {allowed}, not {', '.join(of_rule[:_FEW])}" + ", ..." * (len(of_rule) > _FEW)
+            for (key, allowed), of_rule in itertools.islice(wrong.items(), _FEW)
+        ]
+        raise SceneError("", None, "; ".join(sentences))
     return tuple(axes)
 
 

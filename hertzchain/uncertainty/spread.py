@@ -61,15 +61,8 @@ class Realisations:
         self._base = replace(scene, uncertain=())
         self.inputs = [entry for entry in scene.uncertain if not entry.each]
         self._scatter = [entry for entry in scene.uncertain if entry.each]
-        keys = [full_name(entry.key, self._base) for entry in self.inputs]
-        for key in keys:
-            allowed = "is no quantity of the experiment, and cannot be uncertain"
-            require(not (is_whole(key) or key.startswith("run.")), key, None, allowed)
-        values = base_values(self._base, keys)
-        self._middle = {
-            key: _middle(entry, values[key]) for entry, key in zip(self.inputs, keys, strict=True)
-        }
-        granules, size = scene.chain.granules, len(keys)
+        self._middle = dict(self._middle_of(entry) for entry in self.inputs)
+        granules, size = scene.chain.granules, len(self.inputs)
         drawn = size + granules * len(self._scatter)
         allowed = f"must be at most {MOST_DRAWN}, those of all granules counted"
         require(drawn <= MOST_DRAWN, "uncertain values", drawn, allowed)
@@ -83,16 +76,26 @@ class Realisations:
         """Yield the scene of each realisation; a SceneError says which values it cannot have."""
         for places, of_granules in zip(self.drawn, self._of_granules, strict=True):
             drawn = zip(self._middle.items(), self.inputs, places, strict=True)
-            values = {key: _drawn(entry, key, middle, at) for (key, middle), entry, at in drawn}
+            values = {key: float(_drawn(of, key, middle, at)) for (key, middle), of, at in drawn}
             try:
-                yield changed(
-                    self._base,
-                    {key: float(value) for key, value in values.items()},
-                    partial(self._scattered, places=of_granules),
-                )
+                yield changed(self._base, values, partial(self._scattered, places=of_granules))
             except SceneError as problem:
                 allowed = f"{problem.allowed}; what is drawn is not: lower its uncertainty"
                 raise SceneError(problem.key, problem.value, allowed) from None
+
+    def _middle_of(self, entry: Uncertain) -> tuple[str, float]:
+        """Return the full name of an input, and its value in the scene."""
+        key = full_name(entry.key, self._base)
+        allowed = "is no quantity of the experiment, and cannot be uncertain"
+        require(not (is_whole(key) or key.startswith("run.")), key, None, allowed)
+        value = base_values(self._base, [key])[key]
+        is_number = isinstance(value, float) and np.isfinite(value)
+        require(
+            is_number, entry.key, value, "has no value of its own in this scene: write it there"
+        )
+        allowed = "is 0, of which there is no share: give its uncertainty in its unit"
+        require(not entry.relative or value != 0, entry.key, None, allowed)
+        return key, float(value)
 
     def _scattered(self, chain: Chain, places: FloatArray) -> Chain:
         """Return a chain whose granules differ; fixed ones rest."""
@@ -105,14 +108,6 @@ class Realisations:
                 values = np.where(chain.fixed, 0.0, values)
             columns[key] = tuple(values)
         return replace(chain, **columns) if columns else chain
-
-
-def _middle(entry: Uncertain, value: Any) -> float:
-    is_number = isinstance(value, float) and np.isfinite(value)
-    require(is_number, entry.key, value, "has no value of its own in this scene: write it there")
-    allowed = "is 0, of which there is no share: give its uncertainty in its unit"
-    require(not entry.relative or value != 0, entry.key, None, allowed)
-    return float(value)
 
 
 def standard(entry: Uncertain, place: FloatArray) -> FloatArray:
@@ -279,7 +274,8 @@ class Spread:
             )
         if self.inputs and np.isnan(self.shares).all():
             least = FOR_SHARES * len(self.inputs)
-            remarks.append(f"who makes how much needs {least} realisations, {FOR_SHARES} an input")
+            least_said = f"{least} realisations on: {FOR_SHARES} an input"
+            remarks.append(f"what each input causes is known from {least_said}")
         return tuple(remarks)
 
     def to_frame(self) -> pandas.DataFrame:
@@ -344,13 +340,13 @@ def spread(
         A scene with something ``uncertain``, or the path of its file.
     realisations
         Number of runs; the next power of 2 is taken, for which quasi-random numbers are evenly
-        spread.
+        spread. Shares of the inputs need 32 for each.
     seed
         Seed of the scrambled Sobol sequence: the same seed gives the same results.
     rtol
         Accuracy of each run.
     time_limit
-        Time limit of all runs [s].
+        Time limit of all runs together [s].
     progress
         As for ``judge_traces``.
 

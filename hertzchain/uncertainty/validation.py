@@ -183,8 +183,10 @@ def validate(
     ----------
     scene
         The scene that was measured, with something ``uncertain``, or the path of its file.
-    traces, columns, shift, time_limit, progress
+    traces, columns, shift, progress
         As for ``judge_traces``.
+    time_limit
+        Time limit of each run of the reference, and of all realisations together [s].
     tolerance
         A relative difference that should be detected.
     realisations

@@ -260,7 +260,7 @@ def test_too_many_values_that_scatter() -> None:
 def test_few_realisations_have_no_shares() -> None:
     spread = hc.spread(SCENE, 32)
     assert np.isnan(spread.shares).all()
-    assert "needs 64 realisations" in spread.remarks[0]
+    assert "known from 64 realisations on" in spread.remarks[0]
 
 
 @pytest.mark.parametrize("count", [15, 2**17 + 1, True, 20.0])
