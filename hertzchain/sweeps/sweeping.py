@@ -11,6 +11,8 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
+import numpy as np
+
 from hertzchain.errors import OutputError, did_you_mean, require
 from hertzchain.limits import RTOL
 from hertzchain.observables.result import DEFINITIONS
@@ -114,23 +116,20 @@ class Sweep:
 
     def count(self) -> Counts:
         """Count the scenes that are done, failed or inaccurate; reads one part at a time."""
-        done = failed = missed = cut_off = doubtful = 0
         names = [column.name for column in columns_in(self.manifest)]
         late = [name for name in names if name == "contacts_cut_off"]
         error = "wanted_error" if "wanted_error" in names else "error_estimate"
-        reason = None
         aims = {each["name"]: _aim(each) for each in self.manifest["backends"]}
-        read = ["backend", error, "overlap_ratio", "failure", *late]
-        for frame in self._parts.frames(read):
+        done, reason, sums = 0, None, np.zeros(4, np.int64)
+        for frame in self._parts.frames(["backend", error, "overlap_ratio", "failure", *late]):
             failures = frame["failure"].dropna()
-            done, failed = done + len(frame), failed + len(failures)
-            if reason is None and len(failures):
-                reason = str(failures.iloc[0])
-            aim = frame["backend"].map(aims).astype(float)
-            missed += int((frame[error] > aim).sum())
-            cut_off += int(frame[late].notna().to_numpy().sum())
-            doubtful += int((frame["overlap_ratio"] > DOUBTFUL_OVERLAP).sum())
-        return Counts(done, failed, missed, reason, error, cut_off, doubtful)
+            done, reason = done + len(frame), reason or next(iter(failures), None)
+            missed = frame[error] > frame["backend"].map(aims).astype(float)
+            doubtful = frame["overlap_ratio"] > DOUBTFUL_OVERLAP
+            rows = failures.size, missed.sum(), frame[late].notna().to_numpy().sum(), doubtful.sum()
+            sums += np.array(rows, np.int64)
+        failed, inaccurate, cut_off, above = sums.tolist()
+        return Counts(done, failed, inaccurate, reason, error, cut_off, above)
 
 
 @dataclass(frozen=True)
@@ -223,7 +222,7 @@ def sweep(
     """
     layout = design(scene, vary, samples, seed)
     chosen = _backends(backends, rtol)
-    manifest = {
+    manifest: dict[str, Any] = {
         "hertzchain": version("hertzchain"),
         "definitions": DEFINITIONS,
         "format": "parquet",
@@ -238,29 +237,34 @@ def sweep(
     store = Memory() if folder is None else Folder(folder)
     claim = nullcontext() if folder is None else claimed(folder, manifest)
     engine = nullcontext(loop_here) if scheduler is None else loop_on(scheduler)
+    lock, done = threading.Lock(), 0
     with telling(progress is True) as tell, engine as measured, claim:
 
-        def in_words(done: int, total: int) -> object:
-            return tell(f"sweep: {done:,} of {total:,} rows")
+        def add(rows: int) -> None:
+            nonlocal done
+            with lock:
+                done += rows
+                if callable(progress):
+                    progress(done, manifest["rows"])
+                else:
+                    tell(f"sweep: {done:,} of {manifest['rows']:,} rows")
 
-        counter = _Counter(manifest["rows"], progress if callable(progress) else in_words)
         there = {part.name: part.size for part in cut(layout, chosen) if store.has(part)}
-        counter.add(sum(there.values()))
+        add(sum(there.values()))
         left = (part for part in cut(layout, chosen) if part.name not in there)
-        with closing(measured(layout, left, peaks, counter.add)) as tables:
+        with closing(measured(layout, left, peaks, add)) as tables:
             for part, table in tables:
                 store.keep(part, table)
-    return Sweep(manifest, counter.total, store)
+    return Sweep(manifest, manifest["rows"], store)
 
 
 def settings(backend: Backend) -> dict[str, Any]:
     """Return the settings of a backend that change numbers, as a JSON object."""
     of_runs = {"time_limit", "isolated", "peaks_only"}
-    given = {field.name: getattr(backend, field.name) for field in fields(backend)}
-    kept = {name: value for name, value in given.items() if name not in of_runs}
-    if kept.get("lmp") is not None:
-        kept["lmp"] = str(kept["lmp"])
-    return {"name": NAMES[type(backend)], **kept}
+    names = [field.name for field in fields(backend) if field.name not in of_runs]
+    kept = {name: getattr(backend, name) for name in names}
+    lmp = {"lmp": str(kept["lmp"])} if kept.get("lmp") is not None else {}
+    return {"name": NAMES[type(backend)], **kept, **lmp}
 
 
 def _aim(settings: Mapping[str, Any]) -> float:
@@ -270,29 +274,10 @@ def _aim(settings: Mapping[str, Any]) -> float:
     return float(settings.get("rtol") or RTOL)
 
 
-class _Counter:
-    """Counts rows of all threads, and reports the sum."""
-
-    def __init__(self, total: int, progress: Callable[[int, int], object]) -> None:
-        self.total, self._done, self._progress = total, 0, progress
-        self._lock = threading.Lock()
-
-    def add(self, rows: int) -> None:
-        """Add a number of further rows done."""
-        with self._lock:
-            self._done += rows
-            self._progress(self._done, self.total)
-
-
 def _backends(given: str | Iterable[str | Backend], rtol: float) -> tuple[Backend, ...]:
+    is_alone = isinstance(given, str) or not isinstance(given, Iterable)
+    each: Iterable[Any] = [given] if is_alone or getattr(given, "shape", 1) == () else given
     backends: list[Backend] = []
-    each: Iterable[Any] = given
-    if (
-        isinstance(given, str)
-        or not isinstance(given, Iterable)
-        or getattr(given, "shape", 1) == ()
-    ):
-        each = (given,)
     for backend in each:
         if isinstance(backend, str):
             require(backend in KINDS, "backends", backend, f"must be one of {', '.join(KINDS)}")

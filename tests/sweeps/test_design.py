@@ -76,7 +76,7 @@ def test_drawn_granules_have_the_share_of_a_whole_number(log: bool) -> None:
     assert (drawn.min(), drawn.max()) == (2, 20)
 
 
-def test_samples_fill_their_ranges_evenly_and_meet_every_combination() -> None:
+def test_samples_are_points_and_meet_every_combination() -> None:
     vary: dict[str, Any] = {
         "shock.momentum_ratio": "0.1:10:log",
         "shock.profile": ["cosine", "triangular"],
@@ -86,25 +86,13 @@ def test_samples_fill_their_ranges_evenly_and_meet_every_combination() -> None:
     layout = design(SHORT, vary, samples=1000)
     assert layout.scenes == 2000
     given = layout.parameters(np.arange(2000))
-    profile, ratio, granules, n = (given[f"{name}"] for name in (
-        "shock.profile", "shock.momentum_ratio", "chain.granules", "shock.duration_ratio"
-    ))  # fmt: skip
-    assert (profile == np.repeat(["cosine", "triangular"], 1000)).all()
-    for values in (ratio, granules, n):
-        assert (values[:1000] == values[1000:]).all()
-    # Of a thousand even points each fifth holds 200 to a few; of random ones, to 13 (one sigma).
-    for values in (np.log10(ratio) / 2 + 0.5, (n - 1.5) / 4.5, (granules - 8 + 0.5) / 5):
-        shares = np.histogram(values[:1000], bins=5, range=(0, 1))[0]
-        assert np.abs(shares - 200).max() <= 6
-    assert np.abs(np.corrcoef([np.log(ratio), n, granules])[np.triu_indices(3, 1)]).max() < 0.02
-
-
-def test_another_seed_draws_other_samples() -> None:
-    vary: dict[str, Any] = {"shock.momentum_ratio": "0.1:10:log", "shock.duration_ratio": "1.5:6"}
-    parameters, other = (
-        design(SHORT, vary, samples=500, seed=seed).parameters(np.arange(500)) for seed in (0, 1)
-    )
-    assert not any(set(parameters[name]) & set(other[name]) for name in vary)
+    assert (given["shock.profile"] == np.repeat(["cosine", "triangular"], 1000)).all()
+    points = sobol_points(3, 0, np.arange(1000))
+    for half in (slice(1000), slice(1000, None)):
+        ratio, granules, n = (given[name][half] for name in vary if name != "shock.profile")
+        np.testing.assert_allclose(np.log10(ratio) / 2 + 0.5, points[:, 0], atol=1e-14)
+        np.testing.assert_array_equal(granules, 8 + np.floor(5 * points[:, 1]))
+        np.testing.assert_allclose((n - 1.5) / 4.5, points[:, 2], atol=1e-14)
 
 
 @settings(deadline=None, max_examples=50)

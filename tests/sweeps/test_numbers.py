@@ -45,22 +45,36 @@ IN_BATCHES = [column.name for column in ALL if is_result(column.name)]
 
 
 @pytest.fixture(scope="module")
-def pairs() -> list[tuple[dict[str, Any], hc.Result]]:
-    """Each row of a batch, and the scene run by itself."""
-    layout = design(SMALL, VARY)
-    assert loop._is_batched(layout, hc.Native())
-    rows: list[Any] = hc.sweep(SMALL, VARY, rtol=1e-7).to_frame().to_dict("records")
-    parameters = layout.parameters(np.arange(layout.scenes))
-    scenes = [layout.scene(parameters, k) for k in range(layout.scenes)]
-    return list(zip(rows, map(hc.Native(rtol=1e-7).run, scenes), strict=True))
+def pairs() -> list[tuple[dict[str, Any], pd.DataFrame, hc.Result]]:
+    """Each row of batches with its peaks, and the scene run by itself."""
+    drawn: dict[str, Any] = {
+        "shock.momentum_ratio": "0.5:2:log",
+        "shock.profile": list(PROFILES),
+        "chain.granules": "50:70",
+        "chain.young_modulus": "1 MPa:400 GPa:log",
+        "chain.radius": "10 um:1 m:log",
+        "shock.peak_force": "1e-8:1e-6:log",
+    }
+    rows = []
+    for vary, samples in ((VARY, None), (drawn, 3)):
+        layout = design(SMALL, vary, samples)
+        assert loop._is_batched(layout, hc.Native())
+        swept = hc.sweep(SMALL, vary, samples=samples, rtol=1e-7, peaks=True)
+        table, peaks = swept.to_frame(), swept.peaks_to_frame()
+        assert list(table.columns) == list(COLUMNS)
+        assert table["failure"].isna().all()
+        of_scene: list[Any] = [alike for _, alike in peaks.groupby("scene")]
+        results = map(hc.Native(rtol=1e-7).run, all_scenes(layout))
+        rows += list(zip(table.to_dict("records"), of_scene, results, strict=True))
+    return rows
 
 
 @pytest.mark.parametrize("name", IN_BATCHES)
 def test_a_column_of_a_batch_is_that_of_a_single_run(
-    name: str, pairs: list[tuple[dict[str, Any], hc.Result]]
+    name: str, pairs: list[tuple[dict[str, Any], pd.DataFrame, hc.Result]]
 ) -> None:
-    assert len(pairs) == 6
-    for batch, run in pairs:
+    assert len(pairs) == 15
+    for batch, _, run in pairs:
         single: Any = numbers_of(run)
         if name in ("error_estimate", "force_evaluations"):  # of another kernel
             assert 0 < batch[name] <= 3 * single[name] <= 30 * batch[name]
@@ -72,6 +86,24 @@ def test_a_column_of_a_batch_is_that_of_a_single_run(
             assert batch[name] == pytest.approx(single[name], rel=1e-3, abs=1e-7)
         else:
             assert batch[name] == pytest.approx(single[name], rel=1e-6)
+
+
+def test_peaks_of_a_batch_are_those_of_single_runs(
+    pairs: list[tuple[dict[str, Any], pd.DataFrame, hc.Result]],
+) -> None:
+    for row, peaks, run in pairs:
+        force = peaks["peak_force_N"].to_numpy()
+        assert peaks["contact"].tolist() == run.contact.tolist()
+        counted = run.peak_force >= 1e-3 * run.peak_force.max()  # the estimate is of these
+        bound = row["error_estimate"] + run.error_estimate
+        assert np.abs(force / run.peak_force - 1)[counted].max() <= bound
+        assert row["largest_peak_force_N"] == force.max() == force[row["largest_peak_contact"] - 2]
+        for name in ("momentum_ratio", "rise_time"):
+            expected = getattr(run.scene, name)
+            assert row[f"shock.{name}"] == pytest.approx(expected, rel=1e-14, abs=0)  # roundings
+        # Peaks are flat: a force within 1e-6 is within about 1e-3 natural time units.
+        late = np.abs(peaks["peak_time_s"].to_numpy() - run.peak_time) / run.scene.units.time
+        assert np.median(late) < 1e-3
 
 
 @pytest.mark.parametrize(
@@ -196,39 +228,6 @@ def test_scenes_that_take_long_are_measured_one_by_one(
     part = loop.Part("native-0000", hc.Native(), 0, 2)
     loop.measure(layout, part, peaks=False, report_progress=told.append)
     assert told == ([1, 1] if room < 1 else [2])
-
-
-def test_rows_of_the_compiled_batch_are_those_of_single_runs() -> None:
-    vary: dict[str, Any] = {
-        "shock.momentum_ratio": "0.05:30:log",
-        "shock.duration_ratio": "1.1:8",
-        "shock.profile": list(PROFILES),
-        "chain.granules": "5:70",
-        "chain.young_modulus": "1 MPa:400 GPa:log",
-        "chain.radius": "10 um:1 m:log",
-        "shock.peak_force": "1e-8:1e-6:log",
-    }
-    sweep = hc.sweep(paper_scene("cosine", 1.0, 2.0), vary, samples=20, rtol=1e-6, peaks=True)
-    table, peaks = sweep.to_frame(), sweep.peaks_to_frame()
-    assert list(table.columns) == list(COLUMNS)
-    scenes = all_scenes(design(paper_scene("cosine", 1.0, 2.0), vary, samples=20))
-    assert table["failure"].isna().all()
-    for row, scene in zip(table.to_dict("records"), scenes, strict=True):
-        result = hc.Native(rtol=1e-9, peaks_only=True).run(scene)
-        bound = row["error_estimate"] + result.error_estimate
-        rows = peaks[peaks["scene"] == row["scene"]]
-        force = rows["peak_force_N"].to_numpy()
-        assert rows["contact"].tolist() == result.contact.tolist()
-        counted = result.peak_force >= 1e-3 * result.peak_force.max()  # the estimate is of these
-        assert np.abs(force / result.peak_force - 1)[counted].max() <= bound
-        assert row["largest_peak_force_N"] == force.max() == force[row["largest_peak_contact"] - 2]
-        for name in ("momentum_ratio", "rise_time"):
-            expected = getattr(scene, name)
-            assert row[f"shock.{name}"] == pytest.approx(expected, rel=1e-14, abs=0)  # roundings
-        # Peaks are flat: a force within 1e-6 is within about 1e-3 natural time units, and where two
-        # maxima are as high as one another the later may be taken for the earlier.
-        late = np.abs(rows["peak_time_s"].to_numpy() - result.peak_time) / scene.units.time
-        assert np.median(late) < 1e-3
 
 
 @pytest.mark.parametrize(

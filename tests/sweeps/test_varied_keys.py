@@ -198,15 +198,17 @@ def test_scenes_of_a_grid_are_those_of_its_table() -> None:
     assert hc.scenes(SCENE, vary) == hc.scenes(SCENE, table)
 
 
+SEVERAL = (
+    "chain.radius: must be a finite number above 0 [m], not -1.0 (rows 2, 3), 0.0 (row 4);"
+    " striker.velocity: must be a finite number above 0 [m/s], not -3.0 (row 3); striker.velocity: "
+)
+
+
 @pytest.mark.parametrize(
     ("table", "words"),
     [
         ({"chain.raduis": [1.0]}, "did you mean"),
-        (
-            {"chain.radius": [1e-3, -1.0, -1.0, 0.0], "velocity": [1.0, 2.0, -3.0, "x"]},
-            "chain.radius: must be a finite number above 0 [m], not -1.0 (rows 2, 3), 0.0 (row 4);"
-            " striker.velocity: must be a finite number above 0 [m/s], not -3.0 (row 3); striker.velocity",
-        ),
+        ({"chain.radius": [1e-3, -1.0, -1.0, 0.0], "velocity": [1.0, 2.0, -3.0, "x"]}, SEVERAL),
         ({"granules": [2.5] * 6}, "must be a whole number, not 2.5 (rows 1, 2, 3, 4 and 2 more)"),
         ({"chain.radius [GPa]": [1.0]}, "wrong dimension"),
         ({"chain.radius [mm]": ["1 mm"]}, "must be a number"),
