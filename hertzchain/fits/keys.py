@@ -14,7 +14,7 @@ from hertzchain.arrays import FloatArray
 from hertzchain.errors import SceneError, require
 from hertzchain.scene.scene import Scene
 from hertzchain.sweeps.columns import OTHER_MEASURE, is_whole, unit_of
-from hertzchain.sweeps.design import Span, axis_of
+from hertzchain.sweeps.design import Axis, axis_of
 from hertzchain.sweeps.keys import base_values, changed, full_name
 
 _KEY = re.compile(r"[A-Za-z_]\w*(?:\.\w+)+")
@@ -166,7 +166,7 @@ def free_of(scene: Scene, given: Sequence[str], ties: Mapping[str, str] | None) 
         value: Any = 1.0 if key == GAIN else base_values(scene, [key])[key]
         span = _span(key, text) if text else None
         if span is not None and isinstance(value, float) and (value == 0 or np.isnan(value)):
-            value = (span.low + span.high) / 2
+            value = float(span.values.mean())
         is_number = isinstance(value, float) and not (key != GAIN and is_whole(key))
         allowed = (
             "cannot be fitted: the scene must have a number other than 0, and no whole number, from"
@@ -178,7 +178,7 @@ def free_of(scene: Scene, given: Sequence[str], ties: Mapping[str, str] | None) 
             ends = sorted((least / value, most / value))
             ranges.append((max(ends[0], 1 / _MOST_FACTOR), min(ends[1], _MOST_FACTOR)))
         else:
-            least, most = max(least, span.low), min(most, span.high)
+            least, most = max(least, float(span.values[0])), min(most, float(span.values[1]))
             ranges.append(tuple(sorted((least / value, most / value))))
         start.append(float(value))
         within = f"{least:g} and {with_unit(key, most)}"
@@ -190,8 +190,8 @@ def free_of(scene: Scene, given: Sequence[str], ties: Mapping[str, str] | None) 
     return Free(tuple(keys), tuple(start), low, high, is_given, tied)
 
 
-def _span(key: str, text: str) -> Span:
+def _span(key: str, text: str) -> Axis:
     span = axis_of(key, text) if key != GAIN and ":" in text else None
-    if not isinstance(span, Span) or span.count is not None or span.log:
+    if span is None or not span.is_sampled or span.form == "log":
         raise SceneError(key, text, "must be the ends of its range, LOW:HIGH")
     return span

@@ -9,11 +9,11 @@ import re
 import warnings
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from functools import cache
 from importlib import resources
 from numbers import Integral
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,96 +46,75 @@ def _key(name: str) -> Key:
     return key
 
 
-@dataclass(frozen=True)
-class Listed:
-    """A list axis: a parameter, by its name in the scene file, and its values in SI or as text."""
-
-    name: str
-    values: tuple[Value, ...]
-
-    @property
-    def count(self) -> int:
-        """Number of values."""
-        return len(self.values)
-
-    @property
-    def ends(self) -> tuple[Value, ...]:
-        """Values to check: if these are possible, all are."""
-        return self.values
-
-    def at(self, index: NDArray[np.int64]) -> NDArray[Any]:
-        """Return the values with these numbers."""
-        return np.asarray(self.values)[index]
-
-
-@dataclass(frozen=True)
-class Span:
-    """A range axis: a parameter, by its name in the scene file, between two values in SI.
-
-    It has a grid of ``count`` values including both ends, or sampled values if None, spaced equally
-    or in logarithms.
-    """
-
-    name: str
-    low: float
-    high: float
-    count: int | None
-    log: bool
-
-    @property
-    def ends(self) -> tuple[Value, ...]:
-        """Values to check: if these are possible, all are."""
-        ends = self.low, self.high
-        return tuple(map(int, ends)) if _key(self.name).kind == "int" else ends
-
-    def at(self, index: NDArray[np.int64]) -> NDArray[Any]:
-        """Return the values with these numbers on the grid."""
-        return self.between(index / max((self.count or 0) - 1, 1))
-
-    def between(self, fraction: FloatArray) -> NDArray[Any]:
-        """Return the values at fractions, 0 to 1, of the way from one end to the other."""
-        is_whole_key = _key(self.name).kind == "int"  # each whole number has the same share
-        low, high = self.low - 0.5 * is_whole_key, self.high + 0.5 * is_whole_key
-        if self.log:
-            inside = low ** (1 - fraction) * high**fraction
-        else:
-            inside = low + fraction * (high - low)
-        if is_whole_key:
-            return np.clip(np.rint(inside), self.low, self.high).astype(np.int64)
-        # Both ends exact to the last digit.
-        return np.where(fraction == 0, low, np.where(fraction == 1, high, inside))
-
-
-def grid_values(axis: Mapping[str, Any]) -> NDArray[Any] | None:
-    """Return the increasing values of an axis of a manifest; None if it is not crossed."""
-    if "values" in axis:
-        return np.sort(np.asarray(axis["values"]))
-    return Span(**axis).at(np.arange(axis["count"])) if axis.get("count") else None
+Form = Literal["list", "linear", "log", "column"]
 
 
 @dataclass(frozen=True, eq=False)
-class Tabled:
-    """A column of a table: a parameter, and its value in each row, in SI or as text.
+class Axis:
+    """A parameter that varies, by its name in the scene file, and its values in SI or as text.
 
-    An empty cell is NaN or "": the row has the value of the base.
+    The values are a list; both ends of a range, linear or logarithmic; or a column of a table,
+    whose columns vary together: an empty cell is NaN or "", and the row has the value of the base.
+    ``count`` is the number of crossed values: None for a column, and for a range that is sampled.
     """
 
     name: str
-    cells: NDArray[Any]
-    count: None = None
+    values: NDArray[Any]
+    form: Form
+    count: int | None = None
+
+    @classmethod
+    def of(cls, entry: Mapping[str, Any]) -> Axis:
+        """Return the axis of ``to_dict``, a column without its cells."""
+        name, values = entry["name"], entry.get("values")
+        if values is not None:
+            return cls(name, np.array(values), "list", len(values))
+        if "low" not in entry:
+            return cls(name, np.zeros(0), "column")
+        form: Form = "log" if entry["log"] else "linear"
+        return cls(name, np.array([entry["low"], entry["high"]]), form, entry["count"])
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the axis as a JSON object, a column by its checksum."""
+        if self.form == "list":
+            return {"name": self.name, "values": self.values.tolist()}
+        if self.form == "column":
+            checksum = hashlib.sha256(self.values.tobytes()).hexdigest()
+            return {"name": self.name, "rows": self.values.size, "sha256": checksum}
+        low, high = map(float, self.values)
+        is_log = self.form == "log"
+        return {"name": self.name, "low": low, "high": high, "count": self.count, "log": is_log}
+
+    @property
+    def is_sampled(self) -> bool:
+        """Whether this is a range without a count."""
+        return self.count is None and self.form != "column"
 
     @property
     def ends(self) -> tuple[Value, ...]:
         """Values to check: if these are possible, all are."""
-        return tuple(np.unique(self.cells[is_given(self.cells)]).tolist())
+        return tuple(dict.fromkeys(self.values[is_given(self.values)].tolist()))
 
-    def at(self, index: NDArray[np.int64]) -> NDArray[Any]:
-        """Return the cells of these rows."""
-        return np.asarray(self.cells[index])
+    def at(self, index: NDArray[Any]) -> NDArray[Any]:
+        """Return the values with these numbers."""
+        if self.form in ("list", "column"):
+            return np.asarray(self.values[index])
+        return self.between(index / max((self.count or 0) - 1, 1))
 
+    def between(self, fraction: FloatArray) -> NDArray[Any]:
+        """Return the values of a range at fractions, 0 to 1, of the way between its ends."""
+        is_whole_key = _key(self.name).kind == "int"  # each whole number has the same share
+        low, high = self.values + np.array([-0.5, 0.5]) * is_whole_key
+        if self.form == "log":
+            inside: NDArray[Any] = low ** (1 - fraction) * high**fraction
+        else:
+            inside = low + fraction * (high - low)
+        if is_whole_key:
+            whole = np.clip(np.floor(inside + 0.5), *self.values)
+            return np.asarray(whole, np.int64)
+        # Both ends exact to the last digit.
+        return np.asarray(np.where(fraction == 0, low, np.where(fraction == 1, high, inside)))
 
-Axis = Listed | Span | Tabled
-"""A parameter that varies; those of a table vary together."""
 
 _FEW = 4  # most rows, values and columns that a message lists (chosen)
 _WITH_UNIT = re.compile(r"(.+?)\s*\[(.+)\]\s*")
@@ -147,7 +126,7 @@ def is_given(cells: NDArray[Any]) -> NDArray[np.bool_]:
     return np.asarray(cells != "" if cells.dtype.kind == "U" else ~np.isnan(cells))
 
 
-def axes_of_table(table: pandas.DataFrame, full: Callable[[str], str]) -> tuple[Tabled, ...]:
+def axes_of_table(table: pandas.DataFrame, full: Callable[[str], str]) -> tuple[Axis, ...]:
     """Return the columns of a table; ``full`` gives the full name of a parameter."""
     axes, wrong = [], defaultdict[tuple[str, str], list[str]](list)
     for place, head in enumerate(table.columns):
@@ -171,7 +150,7 @@ def axes_of_table(table: pandas.DataFrame, full: Callable[[str], str]) -> tuple[
         empty, kind = ("", str) if _key(name).kind == "str" else (np.nan, float)
         column = cells.map(values).astype(object).where(cells.notna(), empty)
         if not wrong:
-            axes.append(Tabled(name, column.to_numpy().astype(kind)))
+            axes.append(Axis(name, column.to_numpy().astype(kind), "column"))
     if wrong:
         sentences = [
             f"{key}: {allowed}, not {', '.join(of_rule[:_FEW])}" + ", ..." * (len(of_rule) > _FEW)
@@ -204,7 +183,7 @@ def axis_of(name: str, given: str | Iterable[Value]) -> Axis:
     require(0 < len(pieces) <= _MOST_VALUES, name, None, f"must take 1 to {_MOST_VALUES:,} values")
     values = tuple(_value(name, piece) for piece in pieces)
     require(len(set(values)) == len(values), name, None, "must not have a value twice")
-    return Listed(name, values)
+    return Axis(name, np.array(values), "list", len(values))
 
 
 def _range(name: str, given: str) -> Axis:
@@ -218,8 +197,9 @@ def _range(name: str, given: str) -> Axis:
     low, high = float(_value(name, low_text)), float(_value(name, high_text))
     require(low < high, name, given, "is empty: the first end must be below the second")
     require(not log or low > 0, name, given, "must be above 0 at both ends to be logarithmic")
+    form: Form = "log" if log else "linear"
     if not rest:
-        return Span(name, low, high, None, log)
+        return Axis(name, np.array([low, high]), form)
     try:
         number = float(rest[0])  # also 1e3
         count = int(number) if number.is_integer() else 0
@@ -227,11 +207,11 @@ def _range(name: str, given: str) -> Axis:
         count = 0
     require(count >= 2, name, given, "must have at least 2 values, a whole number: LOW:HIGH:COUNT")
     if key.kind != "int":
-        return Span(name, low, high, count, log)
+        return Axis(name, np.array([low, high]), form, count)
     # The whole numbers nearest to the grid, each of them once.
     require(count <= _MOST_VALUES, name, given, f"must take at most {_MOST_VALUES:,} values")
     whole = np.rint((np.geomspace if log else np.linspace)(low, high, count)).astype(np.int64)
-    return Listed(name, tuple(dict.fromkeys(whole.tolist())))
+    return axis_of(name, [*dict.fromkeys(whole.tolist())])
 
 
 def is_whole(value: object, least: int) -> bool:
@@ -372,15 +352,15 @@ class Design:
         return tuple(axis for axis in self.axes if axis.count is not None)
 
     @property
-    def sampled(self) -> tuple[Span, ...]:
+    def sampled(self) -> tuple[Axis, ...]:
         """The axes that are sampled."""
-        return tuple(axis for axis in self.axes if isinstance(axis, Span) and axis.count is None)
+        return tuple(axis for axis in self.axes if axis.is_sampled)
 
     @property
     def shape(self) -> tuple[int, ...]:
         """Values of each axis that is crossed, then the number of samples."""
-        if rows := [len(axis.cells) for axis in self.axes if isinstance(axis, Tabled)]:
-            return (rows[0],)
+        if self.axes[0].form == "column":
+            return (len(self.axes[0].values),)
         counts = [axis.count or 0 for axis in self.grid]
         return (*counts, self.samples) if self.samples is not None else tuple(counts)
 
@@ -398,12 +378,12 @@ class Design:
         for axis, number in zip(self.grid, numbers, strict=False):
             parameters[axis.name] = axis.at(number.astype(np.int64))
         if self.sampled:
-            points = self._points(numbers[-1].astype(np.int64))
+            points = sobol_points(len(self.sampled), self.seed, numbers[-1].astype(np.int64))
             for axis, fraction in zip(self.sampled, points.T, strict=True):
                 parameters[axis.name] = axis.between(fraction)
         given = {name: np.ones(scenes.size, np.bool_) for name in self.names}
         for axis in self.axes:
-            if isinstance(axis, Tabled):
+            if axis.form == "column":
                 cells, values = axis.at(scenes), parameters[axis.name]
                 given[axis.name] = is_given(cells)
                 kind = cells.dtype if values.dtype.kind == "U" else values.dtype
@@ -428,10 +408,6 @@ class Design:
             parameters[name] = np.where(is_elastic, parameters[name], np.nan)
         return parameters
 
-    def _points(self, samples: NDArray[np.int64]) -> FloatArray:
-        """Return the points with these numbers in the unit cube, shape (some, sampled axes)."""
-        return sobol_points(len(self.sampled), self.seed, samples)
-
     def scene(self, parameters: Mapping[str, NDArray[Any]], k: int) -> Scene:
         """Return the k-th scene of these parameters; a missing one is as in the base."""
         cells = {name: parameters[name][[k]] for name in self.names}
@@ -441,12 +417,7 @@ class Design:
     def to_dict(self) -> dict[str, Any]:
         """Return all data that identify this design, as a JSON object."""
         drawn = {"count": self.samples, "seed": self.seed} if self.sampled else None
-        vary = [
-            {"name": axis.name, "rows": len(axis.cells), "sha256": _checksum(axis.cells)}
-            if isinstance(axis, Tabled)
-            else asdict(axis)
-            for axis in self.axes
-        ]
+        vary = [axis.to_dict() for axis in self.axes]
         return {"scene": sections_of(self.base), "vary": vary, "samples": drawn}
 
 
@@ -552,10 +523,6 @@ def scenes(
     every = design(scene, table, samples, seed)
     parameters = every.parameters(np.arange(every.scenes))
     return [every.scene(parameters, k) for k in range(every.scenes)]
-
-
-def _checksum(values: NDArray[Any]) -> str:
-    return hashlib.sha256(values.tobytes()).hexdigest()
 
 
 def _refuse_impossible(layout: Design) -> None:

@@ -21,7 +21,7 @@ from hertzchain.report.style import COLOURS, distinct
 from hertzchain.scene.file import key_named
 from hertzchain.scene.keys import to_si
 from hertzchain.sweeps.columns import TEXT, column_named, columns_in, full_name, is_whole
-from hertzchain.sweeps.design import grid_values
+from hertzchain.sweeps.design import Axis
 
 if TYPE_CHECKING:
     import pandas
@@ -146,8 +146,9 @@ def _selected(
     sweep: Any, names: Sequence[str], where: Mapping[str, Any]
 ) -> tuple[_Rows, list[str]]:
     """Return the rows of a sweep that have the wanted values, and sentences on missing ones."""
-    vary = sweep.manifest["vary"]
-    grids = {axis["name"]: grid_values(axis) for axis in vary}
+    varied = [Axis.of(entry) for entry in sweep.manifest["vary"]]
+    grids = {axis.name: np.sort(axis.at(np.arange(axis.count))) if axis.count else None
+             for axis in varied}  # fmt: skip
     crossed = [name for name, values in grids.items() if values is not None]
     frame = sweep.to_frame([*dict.fromkeys(("scene", "backend", "failure", *names, *crossed))])
     remarks = []
@@ -176,7 +177,7 @@ def _selected(
     several += ["backend"] if len(sweep.manifest["backends"]) > 1 else []
     left = [name for name in several if name not in where]
     frame = frame[~lost].astype(dict.fromkeys(numbers, "float64"))
-    return _Rows(frame, grids, left, [axis["name"] for axis in vary if axis.get("log")]), remarks
+    return _Rows(frame, grids, left, [axis.name for axis in varied if axis.form == "log"]), remarks
 
 
 def _meant(name: str, wanted: Any, values: NDArray[Any]) -> Any:

@@ -65,7 +65,8 @@ def pairs() -> list[tuple[dict[str, Any], pd.DataFrame, hc.Result]]:
         assert table["failure"].isna().all()
         of_scene: list[Any] = [alike for _, alike in peaks.groupby("scene")]
         results = map(hc.Native(rtol=1e-7).run, all_scenes(layout))
-        rows += list(zip(table.to_dict("records"), of_scene, results, strict=True))
+        of_table: list[Any] = table.to_dict("records")
+        rows += list(zip(of_table, of_scene, results, strict=True))
     return rows
 
 
