@@ -20,16 +20,16 @@ _HEADER = (
 def of_validation(validation: Any) -> Document:
     """Return the document of a validation, for terminal, page, picture and JUnit."""
     compared, differing, tested = validation.compared, validation.differing, validation.tested
-    if differing:
+    if len(differing):
         sentence = f"{len(differing)} of {len(compared)} numbers differ by more than 2 u_val."
-    elif tested:
-        most = max(row.ratio for row in compared)
+    elif len(tested):
+        most = compared["error_over_u"].max()
         sentence = (
             f"All {len(compared)} numbers agree within {most:.2g} u_val; of {len(tested)} of them a"
             f" difference of {validation.tolerance:.2g} would have been seen."
         )
     else:
-        least = min((row.seen_from for row in compared), default=float("inf"))
+        least = compared["seen_from"].min() if len(compared) else float("inf")
         sentence = (
             f"Nothing could have failed: differences are seen from {least:.1%} on, the tolerance is"
             f" {validation.tolerance:.1%}."
@@ -44,12 +44,14 @@ def of_validation(validation: Any) -> Document:
             None if validation.verdict == "undecided" else validation.verdict == "pass",
             sentence,
             [
-                Failure(row.number.name, f"differs by {row.ratio:.2g} u_val", "")
-                for row in differing
+                Failure(row.name, f"differs by {row.error_over_u:.2g} u_val", "")
+                for row in differing.itertuples(index=False)
             ],
             [*validation.remarks, *validation.judgement.reference.warnings],
         ),
-        answers=Table("Comparison errors and uncertainties", _HEADER, [_row(x) for x in compared]),
+        answers=Table(
+            "Comparison errors and uncertainties", _HEADER, [*map(_row, compared.itertuples())]
+        ),
         remarks=(sentence.removesuffix("."), *validation.remarks),
         facts=[
             ("the run begins at", f"{validation.judgement.shift:.6g} s of the measured clock"),
@@ -60,9 +62,9 @@ def of_validation(validation: Any) -> Document:
 
 
 def _row(row: Any) -> list[str]:
-    simulated = row.number.simulated
+    parts = row.u_numerical, row.u_input, row.u_measured
     return [
-        row.number.name, number(simulated, 5), number(row.number.measured, 5),
-        *(f"{part / abs(simulated):.1e}" for part in row.parts.values()),
-        f"{row.ratio:.2g}", f"{row.seen_from:.1%}", row.largest,
+        row.name, number(row.simulated, 5), number(row.measured, 5),
+        *(f"{part / abs(row.simulated):.1e}" for part in parts),
+        f"{row.error_over_u:.2g}", f"{row.seen_from:.1%}", row.largest,
     ]  # fmt: skip

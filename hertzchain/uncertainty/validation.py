@@ -32,70 +32,46 @@ SEEN = 0.1
 """Default of the relative difference that should be detected (chosen)."""
 
 
-@dataclass(frozen=True)
-class Compared:
-    """A measured number against that of the scene, as in ASME V&V 20.
+def compared_numbers(numbers: Sequence[Number], of_input: Sequence[float]) -> pandas.DataFrame:
+    """Return measured numbers against those of the scene, as in ASME V&V 20: a row for each.
 
     Parameters
     ----------
-    number
-        The two numbers, with the bound on the error of the run and the deviation by noise.
-    input
-        Standard uncertainty by those of the scene's values.
+    numbers
+        Both numbers, with the bound on the error of the run and the deviation by noise.
+    of_input
+        Standard uncertainties by those of the scene's values, in the units of the numbers.
+
+    Returns
+    -------
+    pandas.DataFrame
+        name; simulated, measured and their difference error; standard uncertainties u_numerical
+        (the bound counts as half a uniform width), u_input, u_measured, and u_validation, of all
+        three if independent; error_over_u, without sign; seen_from, the least relative difference
+        that would be detected in 95 of 100 experiments; largest, the uncertainty to reduce first.
     """
+    import pandas
 
-    number: Number
-    input: float
-
-    @property
-    def parts(self) -> dict[str, float]:
-        """Standard uncertainties; the bound of the run counts as half a uniform width."""
-        numerical = self.number.error / math.sqrt(3)
-        return {"numerical": numerical, "input": self.input, "measured": self.number.deviation}
-
-    @property
-    def uncertainty(self) -> float:
-        """The validation uncertainty u_val, of all three together, if independent."""
-        return math.hypot(*self.parts.values())
-
-    @property
-    def error(self) -> float:
-        """The comparison error, simulated less measured."""
-        return self.number.simulated - self.number.measured
-
-    @property
-    def ratio(self) -> float:
-        """Comparison error over u_val, without sign."""
-        return abs(self.error) / self.uncertainty
-
-    @property
-    def allowed(self) -> float:
-        """The largest difference that the uncertainties explain, in the unit of the number."""
-        return COVERED * self.uncertainty
-
-    @property
-    def seen_from(self) -> float:
-        """Least relative difference that would be detected in 95 of 100 experiments."""
-        return (COVERED + _SURE) * self.uncertainty / abs(self.number.simulated)
-
-    @property
-    def largest(self) -> str:
-        """The largest of the uncertainties, the first to reduce."""
-        return max(self.parts, key=lambda name: self.parts[name])
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return the comparison as a JSON object."""
-        return {
-            "name": self.number.name,
-            "simulated": self.number.simulated,
-            "measured": self.number.measured,
-            "error": self.error,
-            **{f"u_{name}": part for name, part in self.parts.items()},
-            "u_validation": self.uncertainty,
-            "error_over_u": self.ratio,
-            "seen_from": self.seen_from,
-            "largest": self.largest,
+    rows = [(each.name, each.simulated, each.measured, each.error, each.deviation)
+            for each in numbers]  # fmt: skip
+    names = ["name", "simulated", "measured", "bound", "deviation"]
+    table = pandas.DataFrame(rows, columns=names).astype(dict.fromkeys(names[1:], float))
+    parts = pandas.DataFrame(
+        {
+            "numerical": table["bound"] / math.sqrt(3),
+            "input": np.asarray(of_input, float),
+            "measured": table["deviation"],
         }
+    )
+    together, error = np.sqrt((parts**2).sum(axis=1)), table["simulated"] - table["measured"]
+    return table[names[:3]].assign(
+        error=error,
+        **parts.add_prefix("u_"),
+        u_validation=together,
+        error_over_u=error.abs() / together,
+        seen_from=(COVERED + _SURE) * together / table["simulated"].abs(),
+        largest=parts.columns.to_numpy()[np.argmax(parts.to_numpy(), axis=1)],
+    )
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -111,7 +87,7 @@ class Validation(ShownVerdict):
     tolerance
         A number is tested if a relative difference as large as this would be detected.
     compared
-        Each number with its uncertainties.
+        Each number with its uncertainties: see ``compared_numbers``.
     left_out
         Names of numbers that some realisations do not have: they end too early.
     """
@@ -119,7 +95,7 @@ class Validation(ShownVerdict):
     judgement: TraceJudgement
     spread: Spread
     tolerance: float
-    compared: tuple[Compared, ...]
+    compared: pandas.DataFrame
     left_out: tuple[str, ...] = ()
 
     @property
@@ -135,28 +111,28 @@ class Validation(ShownVerdict):
         return (*self.judgement.remarks, *self.spread.remarks, *[said] * bool(self.left_out))
 
     @property
-    def differing(self) -> tuple[Compared, ...]:
+    def differing(self) -> pandas.DataFrame:
         """Numbers whose comparison error is more than the uncertainties explain."""
-        return tuple(row for row in self.compared if row.ratio > COVERED)
+        return self.compared[self.compared["error_over_u"] > COVERED]
 
     @property
-    def tested(self) -> tuple[Compared, ...]:
+    def tested(self) -> pandas.DataFrame:
         """Numbers for which a difference as large as the tolerance would be detected."""
-        return tuple(row for row in self.compared if row.seen_from <= self.tolerance)
+        return self.compared[self.compared["seen_from"] <= self.tolerance]
 
     @property
     def verdict(self) -> str:
         """``fail`` if a number differs; ``undecided`` if none could; otherwise ``pass``."""
-        if self.differing:
+        if len(self.differing):
             return "fail"
-        return "pass" if self.tested else "undecided"
+        return "pass" if len(self.tested) else "undecided"
 
     def to_dict(self) -> dict[str, Any]:
         """Return the validation as a JSON object."""
         return {
             "verdict": self.verdict,
             "tolerance": self.tolerance,
-            "compared": [row.to_dict() for row in self.compared],
+            "compared": self.compared.to_dict("records"),
             "realisations": len(self.spread.values),
             "remarks": list(self.remarks),
             **context_of(self.spread.scene),
@@ -204,15 +180,17 @@ def validate(
     )  # fmt: skip
     measured = replace(judgement.reference.scene, uncertain=scene.uncertain)
     uncertainty = spread(measured, realisations, time_limit=time_limit, progress=progress)
-    compared, left_out = [], []
+    compared, of_input, left_out = [], [], []
     of_kinds = {PEAK: "first_peak_force_N", WIDTH: "first_width_s"}
     for number in judgement.numbers:
         result = of_kinds.get(number.kind, "arrival_time_s")
         values = [uncertainty.values_of(result, name_of(gauge)) for gauge in number.gauges]
         drawn = values[0] - values[1] if len(values) == 2 else values[0]
-        of_input = float(np.std(drawn, ddof=1))  # NaN if any realisation has none
-        if math.isnan(of_input):
+        deviation = float(np.std(drawn, ddof=1))
+        if math.isnan(deviation):  # a realisation has none
             left_out.append(number.name)
         else:
-            compared.append(Compared(number, of_input))
-    return Validation(judgement, uncertainty, float(tolerance), tuple(compared), tuple(left_out))
+            compared.append(number)
+            of_input.append(deviation)
+    table = compared_numbers(compared, of_input)
+    return Validation(judgement, uncertainty, float(tolerance), table, tuple(left_out))

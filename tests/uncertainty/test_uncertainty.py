@@ -18,7 +18,7 @@ from hertzchain.uncertainty import validation
 from hertzchain.uncertainty.document import of_validation
 from hertzchain.uncertainty.shown import print_spread
 from hertzchain.uncertainty.spread import Realisations, first_order
-from hertzchain.uncertainty.validation import Compared
+from hertzchain.uncertainty.validation import compared_numbers
 from hertzchain.verdict.traces.judging import PEAK, Number
 from tests.command_line import Command
 from tests.conftest import STEEL
@@ -27,6 +27,7 @@ from tests.conftest import STEEL
 
 
 STRIKER = hc.Scene(hc.Chain(8, **STEEL), hc.Striker(0.5))
+EACH = (Uncertain("chain.radius", 1e-6, each=True),)
 MODULUS, SPEED = "chain.young_modulus", "striker.velocity"
 SCENE = replace(
     STRIKER,
@@ -164,20 +165,23 @@ def test_a_file_has_what_is_uncertain(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("uncertain", "said"),
+    ("uncertain", "granules", "count", "said"),
     [
-        ((), "nothing is uncertain"),
-        ((Uncertain("chain.young", 1.0),), "did you mean chain.young_modulus"),
-        ((Uncertain("chain.granules", 1.0),), "cannot be uncertain"),
-        ((Uncertain("run.end_time", 1e-6),), "cannot be uncertain"),
-        ((Uncertain("chain.gap", 0.1, relative=True),), "of which there is no share"),
-        ((Uncertain("chain.poisson_ratio", 0.4),), "lower its uncertainty"),
-        ((Uncertain("wall.gap", 1e-6),), "the scene has no \\[wall\\]"),
+        ((), 8, 16, "nothing is uncertain"),
+        ((Uncertain("chain.young", 1.0),), 8, 16, "did you mean chain.young_modulus"),
+        ((Uncertain("chain.granules", 1.0),), 8, 16, "cannot be uncertain"),
+        ((Uncertain("run.end_time", 1e-6),), 8, 16, "cannot be uncertain"),
+        ((Uncertain("chain.gap", 0.1, relative=True),), 8, 16, "of which there is no share"),
+        ((Uncertain("chain.poisson_ratio", 0.4),), 8, 16, "lower its uncertainty"),
+        ((Uncertain("wall.gap", 1e-6),), 8, 16, "the scene has no \\[wall\\]"),
+        (EACH, 21_202, 16, "uncertain values = 21202: must be at most 21201"),
+        *((EACH, 8, count, "must be an integer from 16") for count in (15, 2**17 + 1, True, 20.0)),
     ],
 )
-def test_what_cannot_be_uncertain(uncertain: tuple[Uncertain, ...], said: str) -> None:
+def test_what_cannot_be_uncertain(uncertain: Any, granules: int, count: Any, said: str) -> None:
+    scene = replace(STRIKER, chain=hc.Chain(granules, **STEEL), uncertain=uncertain)
     with pytest.raises(SceneError, match=said):
-        hc.spread(replace(STRIKER, uncertain=uncertain), 16)
+        hc.spread(scene, count)
 
 
 @pytest.mark.parametrize(
@@ -250,23 +254,10 @@ velocity = 1
     assert radius.std(axis=0) == pytest.approx([5e-5] * 3 + [8e-5 / 3**0.5] * 3, rel=0.1)
 
 
-def test_too_many_values_that_scatter() -> None:
-    each = (Uncertain("chain.radius", 1e-6, each=True),)
-    scene = replace(STRIKER, chain=hc.Chain(21_202, **STEEL), uncertain=each)
-    with pytest.raises(SceneError, match="uncertain values = 21202: must be at most 21201"):
-        hc.spread(scene, 16)
-
-
 def test_few_realisations_have_no_shares() -> None:
     spread = hc.spread(SCENE, 32)
     assert np.isnan(spread.shares).all()
     assert "known from 64 realisations on" in spread.remarks[0]
-
-
-@pytest.mark.parametrize("count", [15, 2**17 + 1, True, 20.0])
-def test_how_many_cannot_be(count: Any) -> None:
-    with pytest.raises(SceneError, match="must be an integer from 16"):
-        hc.spread(SCENE, count)
 
 
 def test_the_command(hertzchain: Command, tmp_path: Path) -> None:
@@ -311,14 +302,15 @@ def test_a_difference_that_the_modulus_explains() -> None:
     check = hc.validate(believed(1.04, 0.05), traces(), tolerance=0.1, realisations=64)
     assert check.verdict == "pass"
     assert repr(check).endswith("Verdict: pass")
-    peak, width, *_, time = check.compared
-    assert peak.error / peak.number.measured == pytest.approx(1.04**0.4 - 1, rel=0.1)
-    assert peak.input / peak.number.simulated == pytest.approx(0.4 * 0.05, rel=0.2)
-    assert time.input / time.number.simulated == pytest.approx(0.4 * 0.05, rel=0.2)
-    assert peak.ratio == pytest.approx(0.8, rel=0.25)
-    assert peak.parts["numerical"] < 1e-6 * peak.number.simulated
+    rows: list[Any] = list(check.compared.itertuples())
+    peak, width, *_, time = rows
+    assert peak.error / peak.measured == pytest.approx(1.04**0.4 - 1, rel=0.1)
+    assert peak.u_input / peak.simulated == pytest.approx(0.4 * 0.05, rel=0.2)
+    assert time.u_input / time.simulated == pytest.approx(0.4 * 0.05, rel=0.2)
+    assert peak.error_over_u == pytest.approx(0.8, rel=0.25)
+    assert peak.u_numerical < 1e-6 * peak.simulated
     assert {peak.largest, time.largest} == {"input"}
-    assert 0 < width.parts["measured"] < 0.1 * width.number.simulated
+    assert 0 < width.u_measured < 0.1 * width.simulated
 
 
 @pytest.mark.parametrize(
@@ -341,17 +333,14 @@ def test_three_verdicts(modulus: float, known_to: float, tolerance: float, verdi
 
 def test_what_two_uncertainties_allow() -> None:
     """The three add as squares: 3, 4 and 12 are 13; twice that is allowed."""
-
-    def compared(error: float) -> Compared:
-        # Half a uniform width of 3 sqrt(3) is a deviation of 3.
-        number = Number(PEAK, "x", (), 100.0 + error, 100.0, 3.0 * 3**0.5, 12.0)
-        return Compared(number, 4.0)
-
-    assert compared(13.0).uncertainty == pytest.approx(13.0)
-    assert compared(13.0).largest == "measured"
-    assert compared(-26.0).ratio == pytest.approx(2.0)
-    assert compared(-26.0).allowed == pytest.approx(26.0)
-    assert compared(0.0).seen_from == pytest.approx(0.13 * (2 + 1.645))
+    # Half a uniform width of 3 sqrt(3) is a deviation of 3.
+    numbers = [Number(PEAK, "x", (), 100.0 + off, 100.0, 3.0 * 3**0.5, 12.0) for off in (0, -26)]
+    table = compared_numbers(numbers, [4.0, 4.0])
+    assert table["u_validation"].tolist() == pytest.approx([13.0, 13.0])
+    assert table["largest"].tolist() == ["measured", "measured"]
+    assert table["error_over_u"].tolist() == pytest.approx([0.0, 2.0])
+    assert table["seen_from"][0] == pytest.approx(0.13 * (2 + 1.645))
+    assert compared_numbers([], []).columns.tolist() == table.columns.tolist()
 
 
 def test_the_command_that_judges(
