@@ -107,21 +107,15 @@ def test_peaks_of_a_batch_are_those_of_single_runs(
         assert np.median(late) < 1e-3
 
 
-@pytest.mark.parametrize(
-    "changes",
-    [
-        {"run": hc.Run(1e-4)},
-        {"shock": hc.Striker(1.0), "wall": hc.Wall("rigid"),
-         "precompression": hc.Precompression(2.0),
-         "gauges": (hc.Gauge(contact=9), hc.Gauge(granule=5))},
-    ],
-    ids=["plain", "with all terms"],
-)  # fmt: skip
-def test_numbers_are_those_of_the_result(changes: dict[str, Any]) -> None:
+def test_numbers_are_those_of_the_result() -> None:
     """In SI, from the arrays that every result has, and each of them is looked at."""
-    scene = replace(SMALL, **changes)
+    scene = replace(
+        SMALL, shock=hc.Striker(1.0), wall=hc.Wall("rigid"),
+        precompression=hc.Precompression(2.0),
+        gauges=(hc.Gauge(contact=9), hc.Gauge(granule=5)),
+    )  # fmt: skip
     result = hc.Native().run(scene)
-    force, wave, n = result.peak_force, result.solitary_wave, scene.chain.granules
+    force, wave, first = result.peak_force, result.solitary_wave, result.to_frame().iloc[-1]
     expected: dict[str, Any] = {
         "transition_granules": result.transition_granules,
         "solitary_wave_force_N": wave.peak_force,
@@ -131,23 +125,18 @@ def test_numbers_are_those_of_the_result(changes: dict[str, Any]) -> None:
         "speed_error": wave.speed_error,
         "largest_peak_force_N": force.max(),
         "largest_peak_contact": force.argmax() + 2,
-        "last_peak_force_N": force[n - 2] or None,
+        "last_peak_force_N": force[scene.chain.granules - 2] or None,
+        "largest_dynamic_force_N": (force - result.static_force).max(),
+        "wall_first_peak_force_N": first["first_peak_force_N"],
+        "wall_arrival_time_s": first["arrival_time_s"],
+        "wall_peak_force_N": force[-1],
+        "wall_peak_time_s": result.peak_time[-1],
         "contacts_cut_off": len(result.cut_off),
         "overlap_ratio": result.overlap_ratio,
         "error_estimate": result.error_estimate,
         "wanted_error": result.wanted_error,
         "force_evaluations": result.force_evaluations,
     }
-    if scene.wall is not None:
-        assert result.first_pulses is not None
-        first = result.to_frame().iloc[-1]
-        expected |= {
-            "largest_dynamic_force_N": (force - result.static_force).max(),
-            "wall_peak_force_N": force[-1],
-            "wall_peak_time_s": result.peak_time[-1],
-            "wall_first_peak_force_N": first["first_peak_force_N"],
-            "wall_arrival_time_s": first["arrival_time_s"],
-        }
     for k, read in enumerate(result.gauges, start=1):
         expected[f"gauge_{k}_first_peak_force_N"] = read.force
         expected[f"gauge_{k}_arrival_time_s"] = read.arrival
@@ -316,33 +305,29 @@ def test_backends_that_cannot_be_are_refused(backends: Iterable[Any], words: str
     assert words in str(problem.value)
 
 
-@pytest.mark.parametrize(
-    ("backend", "scenes", "short"),
-    [
-        (hc.Native(rtol=1e-4), 1200, True),
-        (hc.Native(rtol=1e-4), 1300, False),
-        (hc.Native("reference"), 2, False),
-        (hc.Native(dt=1e-7), 2, False),
-        (hc.Lammps(rtol=1e-2), 2, False),
-    ],
-)
-def test_few_scenes_start_no_process(backend: Any, scenes: int, short: bool) -> None:
-    vary = {"shock.momentum_ratio": f"0.5:2:{scenes}"}
-    assert loop._is_short(design(SHORT, vary), backend) == short
-    damped = replace(SHORT, contact=hc.Contact("restitution", restitution=0.9))
-    assert not loop._is_short(design(damped, vary), backend)
+RATIOS, END = {"momentum_ratio": "0.5:2:1200"}, {"run.end_time": "0.1 ms,0.3 ms"}
+MORE = {"momentum_ratio": "0.5:2:1300"}
 
 
 @pytest.mark.parametrize(
-    ("scene", "vary"),
+    ("scene", "vary", "backend", "batched", "short"),
     [
-        (SHORT, {"run.end_time": "0.1 ms,0.3 ms"}),
-        (replace(SHORT, run=hc.Run(1e-4)), {"shock.momentum_ratio": "0.5,1"}),
-        (replace(SHORT, wall=hc.Wall("rigid")), {"shock.momentum_ratio": "0.5,1"}),
+        (SHORT, RATIOS, hc.Native(rtol=1e-4), True, True),
+        (SHORT, MORE, hc.Native(rtol=1e-4), True, False),
+        (SHORT, RATIOS, hc.Native("reference"), False, False),
+        (SHORT, RATIOS, hc.Native(dt=1e-7), False, False),
+        (SHORT, RATIOS, hc.Lammps(rtol=1e-2), False, False),
+        (SHORT, END, hc.Native(), False, True),
+        (replace(SHORT, run=hc.Run(1e-4)), RATIOS, hc.Native(), False, True),
+        (replace(SHORT, wall=hc.Wall("rigid")), RATIOS, hc.Native(), False, True),
+        (CUT_OFF["pulse"], END, hc.Native(), False, False),  # damped
     ],
 )
-def test_scenes_with_terms_or_an_end_are_no_batch(scene: hc.Scene, vary: dict[str, str]) -> None:
-    assert not loop._is_batched(design(scene, vary), hc.Native())
+def test_few_scenes_start_no_process_and_only_plain_ones_are_a_batch(
+    scene: hc.Scene, vary: Any, backend: Any, batched: bool, short: bool
+) -> None:
+    layout = design(scene, vary)
+    assert (loop._is_batched(layout, backend), loop._is_short(layout, backend)) == (batched, short)
 
 
 @pytest.mark.usefixtures("one_core")
