@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from operator import attrgetter
 from typing import Any
 
@@ -53,33 +54,25 @@ FIRST = ("first_peak_force_N", "arrival_time_s")
 """Columns of first pulses."""
 
 
-def _peak(run: Result, k: int, values: str = "peak_force") -> float | None:
-    """Return the peak force, or its time, of the k-th contact; None where it is unknown."""
-    is_unknown = run.is_cut_off[k] or run.peak_errors[k] >= 1
-    return None if is_unknown else float(getattr(run, values)[k])
+def _at(run: Result, name: str, k: int) -> float | None:
+    """Return a number of the k-th contact; None where it is unknown."""
+    if run.is_cut_off[k]:
+        return None
+    if name in FIRST:
+        return run.first_columns[name][k] if run.first_columns else None
+    values = run.peak_force if name == "peak_force_N" else run.peak_time
+    return None if run.peak_errors[k] >= 1 else float(values[k])
 
 
 def _of_wall(section: str, k: int) -> tuple[Column, ...]:
     """Return the columns of a wall with the k-th contact."""
-
-    def first(values: str) -> Read:
-        return lambda run: (
-            None if run.is_cut_off[k] or not run.first_columns else run.first_columns[values][k]
-        )
-
-    def peak(values: str) -> Read:
-        return lambda run: _peak(run, k, values)
-
-    wall = section.replace("_", " ")
+    labels = ("first peak force on the {} [N]", "arrival at the {} [s]",
+              "peak force on the {} [N]", "time of the peak force on the {} [s]")  # fmt: skip
     return tuple(
-        Column(f"{section}_{name}", label, of=section, read=read)
-        for name, label, read in (
-            (FIRST[0], f"first peak force on the {wall} [N]", first(FIRST[0])),
-            (FIRST[1], f"arrival at the {wall} [s]", first(FIRST[1])),
-            ("peak_force_N", f"peak force on the {wall} [N]", peak("peak_force")),
-            ("peak_time_s", f"time of the peak force on the {wall} [s]", peak("peak_time")),
-        )
-    )
+        Column(f"{section}_{name}", label.format(section.replace("_", " ")), of=section,
+               read=partial(_at, name=name, k=k))
+        for name, label in zip((*FIRST, "peak_force_N", "peak_time_s"), labels, strict=True)
+    )  # fmt: skip
 
 
 def _largest(
@@ -108,7 +101,9 @@ FOUND_COLUMNS = (
     Column("largest_peak_contact", "contact of the largest peak", "int",
            read=lambda run: _largest(run)[1]),
     Column("last_peak_force_N", "peak force of contact N [N]", of="terms",
-           read=lambda run: _peak(run, run.scene.contacts.index(run.scene.chain.granules))),
+           read=lambda run: _at(
+               run, "peak_force_N", run.scene.contacts.index(run.scene.chain.granules)
+           )),
     Column("largest_dynamic_force_N", "largest peak force less the static force [N]",
            of="precompression", read=lambda run: _largest(run, run.static_force)[0]),
     *_of_wall("near_wall", 0),
