@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import hashlib
-import itertools
 import math
 import re
 import warnings
-from collections import defaultdict
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import cache
@@ -116,7 +114,7 @@ class Axis:
         return np.asarray(np.where(fraction == 0, low, np.where(fraction == 1, high, inside)))
 
 
-_FEW = 4  # most rows, values and columns that a message lists (chosen)
+_FEW = 4  # most rows and cells that a message lists (chosen)
 _WITH_UNIT = re.compile(r"(.+?)\s*\[(.+)\]\s*")
 """The head of a column with a unit, such as ``chain.radius [mm]``."""
 
@@ -128,7 +126,7 @@ def is_given(cells: NDArray[Any]) -> NDArray[np.bool_]:
 
 def axes_of_table(table: pandas.DataFrame, full: Callable[[str], str]) -> tuple[Axis, ...]:
     """Return the columns of a table; ``full`` gives the full name of a parameter."""
-    axes, wrong = [], defaultdict[tuple[str, str], list[str]](list)
+    axes, problems = [], list[tuple[SceneError, str]]()
     for place, head in enumerate(table.columns):
         match = _WITH_UNIT.fullmatch(str(head))
         name = full(match[1] if match else str(head).strip())
@@ -137,7 +135,7 @@ def axes_of_table(table: pandas.DataFrame, full: Callable[[str], str]) -> tuple[
             distinct = cells.dropna().unique().tolist()
         except TypeError:  # lists and other things
             raise SceneError(name, None, "must have numbers or texts in its cells") from None
-        values = {}
+        values, known = {}, len(problems)
         for cell in distinct:
             try:
                 values[cell] = _cell(name, cell, match[2] if match else "")
@@ -145,18 +143,19 @@ def axes_of_table(table: pandas.DataFrame, full: Callable[[str], str]) -> tuple[
                 rows = 1 + np.flatnonzero(cells == cell)
                 listed = f"{'rows' if rows.size > 1 else 'row'} {', '.join(map(str, rows[:_FEW]))}"
                 more = f" and {rows.size - _FEW} more" if rows.size > _FEW else ""
-                of_rule = wrong[problem.key, problem.allowed]
-                of_rule.append(f"{problem.value!r:.40} ({listed}{more})")
+                problems.append((problem, f"{listed}{more}"))
+                if len(problems) > known + _FEW:
+                    break
         empty, kind = ("", str) if _key(name).kind == "str" else (np.nan, float)
-        column = cells.map(values).astype(object).where(cells.notna(), empty)
-        if not wrong:
+        if not problems:
+            column = cells.map(values).astype(object).where(cells.notna(), empty)
             axes.append(Axis(name, column.to_numpy().astype(kind), "column"))
-    if wrong:
-        sentences = [
-            f"{key}: {allowed}, not {', '.join(of_rule[:_FEW])}" + ", ..." * (len(of_rule) > _FEW)
-            for (key, allowed), of_rule in itertools.islice(wrong.items(), _FEW)
-        ]
-        raise SceneError("", None, "; ".join(sentences))
+    if problems:
+        (first, rows_of_first), *others = problems
+        also = [f"; {problem} ({rows})" for problem, rows in others[: _FEW - 1]]
+        also += ["; and others"] * (len(others) >= _FEW)
+        allowed = f"{first.allowed} ({rows_of_first} of the table){''.join(also)}"
+        raise SceneError(first.key, first.value, allowed)
     return tuple(axes)
 
 

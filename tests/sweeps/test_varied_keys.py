@@ -155,13 +155,13 @@ def test_a_table_is_measured_row_by_row(tmp_path: Path, hertzchain: Command, suf
         ("\ufeffchain.radius [mm]\n4\n", [4e-3], ""),
         ("chain.radius [mm];velocity\n4,5;1\n6,25;\n", [4.5e-3, 6.25e-3], ""),
         ("chain.radius [mm];velocity\n4.5;1\n", [4.5e-3], ""),
-        ("velocity;chain.radius\n1;4,5 mm\n", [], "not '4,5 mm' (row 1)"),
+        ("velocity;chain.radius\n1;4,5 mm\n", [], "= '4,5 mm': must be"),
         ("chain.radius [mm]\tvelocity\n4.5\t1\n", [4.5e-3], ""),
         ("chain.radius [mm],velocity\n5,1,3\n", [], "a row has more cells than the header"),
         (
             "chain.radius [mm]\nn/a\n",
             [],
-            "must be a number without a unit: the unit of its column is mm, not 'n/a' (row 1)",
+            "= 'n/a': must be a number without a unit",
         ),
     ],
 )
@@ -199,8 +199,9 @@ def test_scenes_of_a_grid_are_those_of_its_table() -> None:
 
 
 SEVERAL = (
-    "chain.radius: must be a finite number above 0 [m], not -1.0 (rows 2, 3), 0.0 (row 4);"
-    " striker.velocity: must be a finite number above 0 [m/s], not -3.0 (row 3); striker.velocity: "
+    "chain.radius = -1.0: must be a finite number above 0 [m] (rows 2, 3 of the table);"
+    " chain.radius = 0.0: must be a finite number above 0 [m] (row 4); striker.velocity = -3.0:"
+    " must be a finite number above 0 [m/s] (row 3); striker.velocity = 'x': must be a number"
 )
 
 
@@ -209,7 +210,10 @@ SEVERAL = (
     [
         ({"chain.raduis": [1.0]}, "did you mean"),
         ({"chain.radius": [1e-3, -1.0, -1.0, 0.0], "velocity": [1.0, 2.0, -3.0, "x"]}, SEVERAL),
-        ({"granules": [2.5] * 6}, "must be a whole number, not 2.5 (rows 1, 2, 3, 4 and 2 more)"),
+        (
+            {"granules": [2.5] * 6},
+            "must be a whole number (rows 1, 2, 3, 4 and 2 more of the table)",
+        ),
         ({"chain.radius [GPa]": [1.0]}, "wrong dimension"),
         ({"chain.radius [mm]": ["1 mm"]}, "must be a number"),
         ({"granules": [9], "chain.granules": [9]}, "given twice"),

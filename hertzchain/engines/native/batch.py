@@ -449,16 +449,10 @@ def similar_peak_forces(
 
 
 def plain_peaks(
-    profiles: NDArray[Any],
-    ratio: FloatArray,
-    n: FloatArray,
-    granules: int,
-    rtol: float,
-    time_limit: float,
-    cores: int | None = None,
-    calibrated: NDArray[np.bool_] | None = None,
+    profiles: NDArray[Any], ratio: FloatArray, n: FloatArray, granules: int, rtol: float,
+    time_limit: float, cores: int | None = None, calibrated: NDArray[np.bool_] | None = None,
     scene_of: Callable[[int], Scene] | None = None,
-) -> Batch:
+) -> Batch:  # fmt: skip
     """Return the peaks of plain scenes in natural units: as ``similar_peak_forces``, unchecked.
 
     Scenes whose largest error is known (``calibrated``) run once. The others, ``scene_of`` their
@@ -531,11 +525,7 @@ def _pulse_rows(
 
 
 def _march_all(
-    rows: FloatArray,
-    walker: Walker,
-    granules: int,
-    deadline: Deadline,
-    cores: int,
+    rows: FloatArray, walker: Walker, granules: int, deadline: Deadline, cores: int
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     """Return peak forces and times, (scenes, contacts); time reached and evaluations, (scenes,).
 
@@ -568,12 +558,9 @@ def _parts(scenes: int, cores: int) -> list[slice]:
 
 
 def _in_parts(
-    part: Callable[[slice, FloatArray], None],
-    scenes: int,
-    deadline: Deadline,
-    cores: int,
+    part: Callable[[slice, FloatArray], None], scenes: int, deadline: Deadline, cores: int,
     looks: float = 0.0,
-) -> None:
+) -> None:  # fmt: skip
     """Call a function of a slice of scenes and ``control`` of a kernel, on all cores.
 
     ``looks`` is the number of checks after which a run stops by itself, 0 for none.
