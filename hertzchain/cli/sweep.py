@@ -161,11 +161,12 @@ def _read_table(path: Path) -> Any:
             header = text.partition("\n")[0]  # no key has one of these marks
             separator = next((mark for mark in ";\t" if mark in header), ",")
             with warnings.catch_warnings(action="error"):  # a row with more cells than the header
-                return pandas.read_csv(
+                table = pandas.read_csv(
                     io.StringIO(text), skipinitialspace=True, index_col=False, na_values=[""],
                     skip_blank_lines=False, keep_default_na=False, sep=separator,
-                    decimal="," if separator == ";" else ".",
                 )  # fmt: skip
+            commas = {r"^(\s*[-+]?\d+),(\d)": r"\1.\2"} if separator == ";" else {}
+            return table.replace(regex=commas)
     except pandas.errors.ParserWarning:
         raise HertzchainError(f"{allowed}; a row has more cells than the header") from None
     except (OSError, ValueError) as problem:

@@ -155,7 +155,8 @@ def test_a_table_is_measured_row_by_row(tmp_path: Path, hertzchain: Command, suf
         ("\ufeffchain.radius [mm]\n4\n", [4e-3], ""),
         ("chain.radius [mm];velocity\n4,5;1\n6,25;\n", [4.5e-3, 6.25e-3], ""),
         ("chain.radius [mm];velocity\n4.5;1\n", [4.5e-3], ""),
-        ("velocity;chain.radius\n1;4,5 mm\n", [], "= '4,5 mm': must be"),
+        ("velocity;chain.radius\n1;4,5 mm\n-2;\n", [], " above 0 [m/s] (row 2 of the table)\n"),
+        ("velocity;chain.radius\n1;4,5 mm\n", [4.5e-3], ""),
         ("chain.radius [mm]\tvelocity\n4.5\t1\n", [4.5e-3], ""),
         ("chain.radius [mm],velocity\n5,1,3\n", [], "a row has more cells than the header"),
         (
