@@ -2,6 +2,8 @@
 
 Texts, pictures and pages are those of ``report``, which stands above the rooms of these objects:
 the package gives it to ``Shown``, and it is loaded when an object is shown.
+
+PYTEST_DONT_REWRITE, as the package.
 """
 
 from __future__ import annotations

@@ -10,6 +10,7 @@ from _pytest.assertion.rewrite import AssertionRewriter
 from rich.console import Console
 
 import hertzchain as hc
+from hertzchain import showing
 from hertzchain.report.console import print_document
 from hertzchain.report.verdicts import of_judgement
 from tests.command_line import python
@@ -142,8 +143,10 @@ import hertzchain.pytest_plugin
 print(json.dumps(sorted(set(sys.modules) - before)))
 """
     done = python("-c", code, check=True)
-    assert set(json.loads(done.stdout)) == {"hertzchain", "hertzchain.pytest_plugin"}
-    assert AssertionRewriter.is_rewrite_disabled(hc.__doc__ or "")
+    loaded = {"hertzchain", "hertzchain.pytest_plugin", "hertzchain.showing"}
+    assert set(json.loads(done.stdout)) == loaded
+    for module in (hc, showing):
+        assert AssertionRewriter.is_rewrite_disabled(module.__doc__ or "")
 
 
 def test_it_disturbs_no_project(pytester: pytest.Pytester) -> None:
