@@ -25,15 +25,13 @@ if TYPE_CHECKING:
     from hertzchain.fits.fit import Fit, fit
     from hertzchain.known.certificate import Certificate, certify
     from hertzchain.observables.result import Result
+    from hertzchain.report.figures import plot
     from hertzchain.report.files import write_trajectory
-    from hertzchain.report.several import plot
     from hertzchain.scene.chain import Chain
-    from hertzchain.scene.gauge import Gauge
     from hertzchain.scene.scene import Scene
     from hertzchain.scene.schedule import Run
     from hertzchain.scene.shocks import Moving, Piston, Pulse, PulseTable, Sine, Striker
-    from hertzchain.scene.terms import Contact, Precompression, Wall
-    from hertzchain.scene.uncertain import Uncertain
+    from hertzchain.scene.terms import Contact, Gauge, Precompression, Uncertain, Wall
     from hertzchain.sweeps.design import scenes
     from hertzchain.sweeps.sweeping import Sweep, sweep
     from hertzchain.uncertainty.spread import Spread, spread
@@ -52,7 +50,7 @@ _HOME = {
     "DeckCheck": "hertzchain.examiner.examined",
     "DeckExamination": "hertzchain.examiner.examined",
     "Fit": "hertzchain.fits.fit",
-    "Gauge": "hertzchain.scene.gauge",
+    "Gauge": "hertzchain.scene.terms",
     "HertzchainError": "hertzchain.errors",
     "Judgement": "hertzchain.verdict.judgement",
     "Lammps": "hertzchain.engines.lammps.backend",
@@ -73,7 +71,7 @@ _HOME = {
     "Sweep": "hertzchain.sweeps.sweeping",
     "TraceJudgement": "hertzchain.verdict.traces.judging",
     "TrainJudgement": "hertzchain.verdict.trains",
-    "Uncertain": "hertzchain.scene.uncertain",
+    "Uncertain": "hertzchain.scene.terms",
     "Validation": "hertzchain.uncertainty.validation",
     "Wall": "hertzchain.scene.terms",
     "Yade": "hertzchain.engines.yade.backend",
@@ -85,7 +83,7 @@ _HOME = {
     "judge_traces": "hertzchain.verdict.traces.judging",
     "judge_trains": "hertzchain.verdict.trains",
     "peak_forces": "hertzchain.engines.native.batch",
-    "plot": "hertzchain.report.several",
+    "plot": "hertzchain.report.figures",
     "scenes": "hertzchain.sweeps.design",
     "similar_peak_forces": "hertzchain.engines.native.batch",
     "spread": "hertzchain.uncertainty.spread",

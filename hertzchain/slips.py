@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps.dialect import BEFORE_ROOT_2, WITH_ROOT_2, tsuji
 from hertzchain.engines.native.backend import Native
-from hertzchain.engines.native.methods import METHODS, Method
+from hertzchain.engines.native.plan import METHODS, Method
 from hertzchain.engines.native.simulation import simulate
 from hertzchain.errors import RunFailed, SceneError, StepUnstable, TooExpensive
 from hertzchain.limits import Deadline
@@ -29,10 +29,9 @@ from hertzchain.observables.result import Result
 from hertzchain.observables.samples import Recorder
 from hertzchain.observables.wave import FREE_END
 from hertzchain.scene.keys import keys_of
-from hertzchain.scene.ramp import Ramp
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
-from hertzchain.scene.shocks import PROFILES
+from hertzchain.scene.shocks import PROFILES, Ramp
 from hertzchain.scene.terms import DAMPING, Contact, DampingLaw
 from hertzchain.theory.restitution import damping_ratio, of_ratio
 

@@ -20,7 +20,7 @@ from hypothesis.internal.constants_ast import Constants
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.native.equations import Chain
-from hertzchain.engines.native.methods import METHODS, SRKN_11B
+from hertzchain.engines.native.plan import METHODS, SRKN_11B
 from hertzchain.engines.native.simulation import simulate
 from hertzchain.errors import Unpredictable
 from hertzchain.observables.peaks import largest_difference

@@ -91,7 +91,7 @@ def room_of(name: str) -> str:
 
 def test_the_files_are_found_and_every_module_has_a_room() -> None:
     assert "hertzchain.engines.native.equations" in FILES
-    assert "hertzchain.scene.natural_units" in imports()["hertzchain.scene.scene"]
+    assert "hertzchain.scene.chain" in imports()["hertzchain.scene.scene"]
     assert "hertzchain.files" in imports()["hertzchain.scene.scene"]  # from within a function
     both = {"hertzchain.engines.native.backend", "hertzchain.engines.lammps.backend"}
     assert both <= imports()["hertzchain.verdict.comparison"]

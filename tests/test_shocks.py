@@ -14,7 +14,7 @@ import hertzchain as hc
 from hertzchain import theory
 from hertzchain.engines.external.rescaling import Softening
 from hertzchain.engines.liggghts import deck as liggghts
-from hertzchain.engines.native.methods import METHODS
+from hertzchain.engines.native.plan import METHODS
 from hertzchain.engines.native.simulation import simulate
 from hertzchain.engines.yade import deck as yade
 from hertzchain.errors import HertzchainError
@@ -23,9 +23,9 @@ from hertzchain.known.answer import lammps_deck, program_deck
 from hertzchain.observables.error_bound import amplifies_errors
 from hertzchain.observables.peaks import largest_difference
 from hertzchain.report.document import describe
+from hertzchain.report.files import plot_times
 from hertzchain.report.page import page_of
 from hertzchain.report.verdicts import of_comparison
-from hertzchain.report.waterfall import plot_times
 from hertzchain.scene.file import SHOCKS, sections_of
 from hertzchain.scene.keys import keys_of
 from hertzchain.scene.scene import refuse_hopeless_overlap

@@ -15,7 +15,7 @@ import hertzchain as hc
 from hertzchain import theory
 from hertzchain.arrays import FloatArray
 from hertzchain.observables.wave import FREE_END, STEADY
-from hertzchain.scene.natural_units import MOMENTUM_IN_NATURAL_UNITS
+from hertzchain.scene.chain import MOMENTUM_IN_NATURAL_UNITS
 from hertzchain.scene.shocks import PROFILES
 from hertzchain.theory import paper
 from hertzchain.theory import solitary_wave as exact

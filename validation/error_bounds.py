@@ -26,7 +26,7 @@ import hertzchain as hc
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.native.as_written import judging_peaks
 from hertzchain.engines.native.duration import with_end
-from hertzchain.engines.native.methods import METHODS
+from hertzchain.engines.native.plan import METHODS
 from hertzchain.limits import Deadline
 from hertzchain.observables.contact_errors import ContactErrors
 from hertzchain.observables.error_bound import REST_OF_TIMES, SAFETIES, Safety, stable_step

@@ -27,7 +27,7 @@ from rich.progress import Progress
 
 import hertzchain as hc
 from hertzchain.engines.lammps.isolation import Child
-from hertzchain.engines.native.methods import METHODS
+from hertzchain.engines.native.plan import METHODS
 from hertzchain.errors import SceneError
 from hertzchain.limits import usable_cores
 from hertzchain.observables.error_bound import stable_step

@@ -29,7 +29,7 @@ from hertzchain import theory
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps.backend import run_in
 from hertzchain.engines.lammps.isolation import Child
-from hertzchain.scene.natural_units import natural_units
+from hertzchain.scene.chain import natural_units
 from hertzchain.theory.paper import SHIFT
 from validation.drawing import BACKENDS, new_figure
 from validation.rows import Row, row

@@ -20,7 +20,7 @@ from matplotlib.ticker import NullFormatter, NullLocator
 
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
-from hertzchain.scene.natural_units import MOMENTUM_IN_NATURAL_UNITS, natural_units
+from hertzchain.scene.chain import MOMENTUM_IN_NATURAL_UNITS, natural_units
 from hertzchain.scene.schedule import Run
 from hertzchain.scene.shocks import profile_named
 from tests.oracles import extrapolation

@@ -23,7 +23,7 @@ from matplotlib.figure import Figure
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.native.as_written import RungeKutta
-from hertzchain.engines.native.methods import METHODS, SymplecticNystrom
+from hertzchain.engines.native.plan import METHODS, SymplecticNystrom
 from hertzchain.engines.native.simulation import Simulation, simulate
 from hertzchain.limits import TIME_LIMIT, Deadline
 from hertzchain.scene.schedule import Run

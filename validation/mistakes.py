@@ -25,9 +25,8 @@ from hertzchain.observables.contact_errors import Peaks
 from hertzchain.observables.samples import Samples
 from hertzchain.observables.watch import PeakWatch
 from hertzchain.scene import schedule
-from hertzchain.scene.ramp import Ramp
 from hertzchain.scene.schedule import Leg
-from hertzchain.scene.shocks import Pulse
+from hertzchain.scene.shocks import Pulse, Ramp
 from hertzchain.verdict import run_checks
 from tests.oracles.in_numpy import simulate_in_numpy
 from validation.mistakes_in_damping import MISTAKES_IN_DAMPING, by_collision

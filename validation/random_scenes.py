@@ -13,8 +13,8 @@ import numpy as np
 import hertzchain as hc
 from hertzchain.contact import hertz
 from hertzchain.errors import HertzchainError
+from hertzchain.scene.chain import length_and_time
 from hertzchain.scene.granules import granules_of
-from hertzchain.scene.natural_units import length_and_time
 from hertzchain.scene.shocks import PROFILES, profile_named
 from hertzchain.scene.terms import DAMPING, WALLS, DampingLaw, WallKind
 from validation.shipped import STEEL, pulse_of

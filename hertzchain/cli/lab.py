@@ -163,7 +163,7 @@ def judge(
     Where peaks differ, the likely cause is named.
     """
     from hertzchain.report.cards import document_of
-    from hertzchain.uncertainty.document import of_validation
+    from hertzchain.uncertainty.shown import of_validation
     from hertzchain.uncertainty.validation import SEEN, validate
     from hertzchain.verdict.results import reading
     from hertzchain.verdict.traces.judging import judge_traces

@@ -15,7 +15,7 @@ from hertzchain.cli.shown import Shown
 from hertzchain.engines.registry import ENGINES, compared_by_default
 from hertzchain.errors import HertzchainError, require
 from hertzchain.limits import RTOL
-from hertzchain.scene.gauge import NO_GAUGE
+from hertzchain.scene.terms import NO_GAUGE
 
 if TYPE_CHECKING:
     from hertzchain.arrays import FloatArray
@@ -144,7 +144,7 @@ class TableOptions:
 
     def times(self, scene: Scene, is_drawn: bool) -> FloatArray | None:
         """Return the times [s] that are recorded, if any."""
-        from hertzchain.report.waterfall import frame_times, plot_times
+        from hertzchain.report.files import frame_times, plot_times
 
         if self.is_motion or self.traces is not None:
             return frame_times(scene, self.record or _TRACE_TIMES)
@@ -235,8 +235,8 @@ def compare(
     """Compare native, LAMMPS and the formulas, with a verdict."""
     from hertzchain.engines.external.step_error import usual_accuracy
     from hertzchain.engines.native.duration import with_end
+    from hertzchain.report.files import plot_times
     from hertzchain.report.verdicts import of_comparison
-    from hertzchain.report.waterfall import plot_times
     from hertzchain.verdict import comparison
 
     names = dict.fromkeys(["native", *map(str, backend or compared_by_default())])

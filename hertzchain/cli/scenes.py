@@ -76,7 +76,7 @@ def tradeoff(scene: SceneFile, *, as_json: AsJson = False, picture: PictureOptio
     This takes half a minute for 60 granules.
     """
     from hertzchain.report import figures
-    from hertzchain.report.tradeoff import print_tradeoff
+    from hertzchain.report.console import print_tradeoff
     from hertzchain.verdict.tradeoff import tradeoff as measure
 
     inches = picture.inches

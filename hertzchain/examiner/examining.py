@@ -24,6 +24,7 @@ from hertzchain.examiner.examined import (
     Finding,
     by_command,
     in_order,
+    place,
 )
 from hertzchain.examiner.measured import (
     TwinRun,
@@ -37,7 +38,6 @@ from hertzchain.examiner.measured import (
     with_held,
     with_loads,
 )
-from hertzchain.examiner.places import place
 from hertzchain.examiner.probes import all_checks, peaks_check
 from hertzchain.limits import TIME_LIMIT, TOLERANCE, Deadline, check_time_limit
 from hertzchain.observables.result import Result

@@ -13,18 +13,29 @@ from numpy.typing import ArrayLike
 
 from hertzchain.arrays import FloatArray, apart
 from hertzchain.engines.lammps.reading.contents import UNITS, FoundFix
-from hertzchain.engines.native.methods import METHODS
+from hertzchain.engines.native.plan import METHODS
+from hertzchain.examiner.correct import wall_plane
 from hertzchain.examiner.examined import (
     ACTS,
     DIGITS,
     EXAMINED,
     GAP_SHARE,
+    NUMBER,
     ROUND_OFF,
+    SAME,
     Case,
     DeckCheck,
     Indices,
+    Pairs,
+    commands_of,
+    formula_of,
     groups,
+    is_of,
+    key_of,
+    place,
+    place_at,
     values,
+    with_numbers,
 )
 from hertzchain.examiner.measured import (
     EXPONENT,
@@ -41,19 +52,6 @@ from hertzchain.examiner.measured import (
     places,
     stretches_of,
 )
-from hertzchain.examiner.places import (
-    NUMBER,
-    SAME,
-    Pairs,
-    commands_of,
-    formula_of,
-    is_of,
-    key_of,
-    place,
-    place_at,
-    with_numbers,
-)
-from hertzchain.examiner.right_commands import wall_plane
 from hertzchain.observables.error_bound import stable_step
 from hertzchain.scene.chain import granule_mass
 from hertzchain.slips import near, slips_of

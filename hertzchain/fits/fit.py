@@ -14,12 +14,23 @@ import numpy as np
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.native.backend import Native
 from hertzchain.errors import SceneError, require
-from hertzchain.fits.keys import GAIN, Free, free_of, limits_of, with_unit
-from hertzchain.fits.model import SLOPE_RTOL, Model, OfPeaks, OfTraces, lasting, said
+from hertzchain.fits.model import (
+    GAIN,
+    SLOPE_RTOL,
+    Free,
+    Model,
+    OfPeaks,
+    OfTraces,
+    free_of,
+    lasting,
+    limits_of,
+    said,
+    with_unit,
+)
 from hertzchain.limits import TIME_LIMIT, Deadline
 from hertzchain.observables.result import context_of
 from hertzchain.scene.scene import Scene, SceneLike, to_scene
-from hertzchain.scene.uncertain import Uncertain
+from hertzchain.scene.terms import Uncertain
 from hertzchain.showing import ShowProgress, telling
 from hertzchain.sweeps.columns import unit_of
 from hertzchain.sweeps.design import sobol_points

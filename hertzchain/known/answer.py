@@ -18,7 +18,7 @@ from hertzchain.engines.lammps.deck import refuse_pair_style
 from hertzchain.engines.native.backend import Native
 from hertzchain.engines.native.damped_verlet import samples_of, simulate_damped_verlet
 from hertzchain.engines.native.duration import with_end
-from hertzchain.engines.native.methods import METHODS
+from hertzchain.engines.native.plan import METHODS
 from hertzchain.engines.native.simulation import simulate
 from hertzchain.engines.registry import ENGINES
 from hertzchain.errors import (

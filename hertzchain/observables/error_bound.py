@@ -15,8 +15,8 @@ from hertzchain.contact import hertz
 from hertzchain.errors import StepUnstable, Unpredictable, require
 from hertzchain.observables.contact_errors import ContactErrors
 from hertzchain.observables.peaks import largest_difference
+from hertzchain.scene.chain import force_scale
 from hertzchain.scene.keys import keys_of
-from hertzchain.scene.natural_units import force_scale
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
 from hertzchain.scene.terms import DAMPING, Contact

@@ -16,9 +16,9 @@ from hertzchain.arrays import FloatArray
 from hertzchain.contact import hertz
 from hertzchain.errors import require
 from hertzchain.observables.samples import DampedLaw
-from hertzchain.scene.gauge import Gauge
-from hertzchain.scene.natural_units import NaturalUnits
+from hertzchain.scene.chain import NaturalUnits
 from hertzchain.scene.scene import Scene
+from hertzchain.scene.terms import Gauge
 
 if TYPE_CHECKING:
     from hertzchain.observables.observer import Watch

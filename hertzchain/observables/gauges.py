@@ -17,8 +17,8 @@ from hertzchain.observables.contact_errors import COLUMNS, ContactErrors, column
 from hertzchain.observables.first_pulse import FirstPulses, contacts_of
 from hertzchain.observables.samples import History
 from hertzchain.observables.wave import NEAR_END, is_near_end, places, runs_forwards
-from hertzchain.scene.gauge import Gauge
 from hertzchain.scene.scene import Scene
+from hertzchain.scene.terms import Gauge
 
 
 @dataclass(frozen=True)

@@ -34,9 +34,9 @@ from hertzchain.observables.wave import (
     wave_between,
 )
 from hertzchain.scene.file import sections_of
-from hertzchain.scene.gauge import NO_GAUGE
 from hertzchain.scene.scene import Scene, largest_overlap_ratio, overlap_warning
 from hertzchain.scene.shocks import Moving
+from hertzchain.scene.terms import NO_GAUGE
 from hertzchain.showing import ShownRun
 
 if TYPE_CHECKING:

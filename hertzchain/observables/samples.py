@@ -15,7 +15,7 @@ from hertzchain.arrays import FloatArray
 from hertzchain.contact import hertz
 from hertzchain.errors import SceneError, require
 from hertzchain.limits import refuse_memory
-from hertzchain.scene.natural_units import NaturalUnits
+from hertzchain.scene.chain import NaturalUnits
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
 

@@ -20,8 +20,8 @@ from hertzchain.arrays import FloatArray, or_none
 from hertzchain.observables.contact_errors import causal
 from hertzchain.observables.first_pulse import contacts_of
 from hertzchain.observables.samples import DampedLaw, History
-from hertzchain.scene.gauge import Gauge
 from hertzchain.scene.scene import Scene
+from hertzchain.scene.terms import Gauge
 
 if TYPE_CHECKING:
     import pandas

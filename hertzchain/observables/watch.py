@@ -17,9 +17,9 @@ from hertzchain.observables.contact_errors import Peaks
 from hertzchain.observables.first_pulse import Signals, pulses_in
 from hertzchain.observables.peaks import ESTIMATED, judged_contacts
 from hertzchain.observables.samples import DampedLaw, Recorder, Samples
-from hertzchain.scene.ramp import Ramp
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
+from hertzchain.scene.shocks import Ramp
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(4)
 

@@ -42,8 +42,13 @@ def card_of(shown: Any) -> str:
 def document_of(shown: Any) -> Document:
     """The document of a result, a comparison, a judgement or an examination of a deck."""
     from hertzchain.report.run import of_result
-    from hertzchain.report.trains import of_trains
-    from hertzchain.report.verdicts import of_comparison, of_examination, of_judgement, of_traces
+    from hertzchain.report.verdicts import (
+        of_comparison,
+        of_examination,
+        of_judgement,
+        of_traces,
+        of_trains,
+    )
 
     if isinstance(shown, Result):
         return of_result(shown)

@@ -1,17 +1,364 @@
-"""Pictures of a run, a verdict and a trade-off."""
+"""Figures: the panels of a document, of several results, and of trade-offs."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from itertools import cycle
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated, Any
 
+import numpy as np
+
+from hertzchain.arrays import FloatArray
+from hertzchain.errors import require
+from hertzchain.observables.result import Result
 from hertzchain.report import style
 from hertzchain.report.document import Document, describe
+from hertzchain.report.files import drawn_contacts, recorded, while_moving, with_peak
+from hertzchain.report.picture import at_whole_numbers, in_units, legend_above
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
     from hertzchain.report.picture import Picture
     from hertzchain.verdict.tradeoff import Tradeoff
+
+
+_LONG_CHAIN_CONTACTS = 200  # from which on axes are logarithmic, points a bitmap; chosen
+_DRAWN_CONTACTS = 6  # contacts whose force over time is drawn
+_MOST_MARKERS = 80  # contacts up to which each peak has a marker; more would merge into a band
+_LIGHTEST_SHADE = 0.9  # shade of a curve; the last tenth of the colours is too light on white
+
+
+def draw_peaks(axes: Axes, document: Document) -> None:
+    """Draw the peak of each contact, or its first pulse if first pulses were wanted."""
+    native = document.native
+    contact, what = native.contact, "peak force"
+    peaks = np.asarray(native.peak_force)
+    label = "_" if native.static_force is None else what
+    if document.drawn:
+        label = "native, reference"
+    elif document.command == "run" and native.first_pulses is not None:
+        what = "first pulse"
+        peaks = np.asarray(native.first_columns["first_peak_force_N"], np.float64)
+        label = "first pulse"
+        if native.static_force is not None:
+            what = "first pulse, less the static force"
+    colour = style.COLOURS.get(native.backend, style.COLOURS["native"])
+    marked = contact.size <= _MOST_MARKERS or bool(np.isnan(peaks).any())
+    axes.plot(
+        contact, peaks, marker=style.MARKERS["native"] if marked else "", color=colour,
+        markersize=3.5, linewidth=1.0, label=label,
+    )  # fmt: skip
+    if what == "peak force":
+        low, high = (peaks * (1 + sign * native.peak_errors) for sign in (-1, 1))
+        axes.fill_between(contact, low, high, color=colour, alpha=0.25, linewidth=0)
+    static = native.static_force
+    if static is not None:
+        axes.plot(contact, static, color="0.5", linewidth=1.0, label="static force")
+    _draw_points(axes, document, document.drawn)
+    walls = [k for k in (0, -1) if native.scene.contact_label(contact[k]).endswith("wall")]
+    if walls:
+        axes.plot(
+            contact[walls], peaks[walls], "s", color=colour, fillstyle="none", markersize=7,
+            label="wall",
+        )  # fmt: skip
+    all_drawn = np.concatenate(
+        [peaks, *document.drawn.values(), *([] if static is None else [static])]
+    )
+    forces = all_drawn[np.isfinite(all_drawn)]
+    least = 0.0 if static is None else float(np.min(forces))
+    axes.set_ylim(*style.force_limits(least, float(np.max(forces, initial=0.0))))
+    p = native.transition_granules
+    if p is not None:
+        place = ("data", "axes fraction")
+        axes.annotate(
+            f"p = {p}", (p, 0.04), (4, 0), place, "offset points", color="0.35", fontsize="small"
+        )
+    _finish_along(axes, document)
+    in_units(axes.yaxis, f"{what} [N]")
+
+
+def _draw_points(axes: Axes, document: Document, drawn: Mapping[str, FloatArray]) -> None:
+    """Draw values of named engines as open markers."""
+    contact = document.native.contact
+    for name, values in drawn.items():
+        axes.plot(
+            contact, values, linestyle="none", fillstyle="none", color=style.COLOURS[name],
+            marker=style.MARKERS[name], markersize=4.5, label=style.LABELS[name],
+            rasterized=contact.size > _LONG_CHAIN_CONTACTS,
+        )  # fmt: skip
+
+
+def draw_differences(axes: Axes, document: Document) -> None:
+    """Draw differences from native on a logarithmic axis, with a line for each error."""
+    axes.set_yscale("log")
+    shown = {name: np.where(off > 0, off, np.nan) for name, off in document.differences.items()}
+    values = np.concatenate([*shown.values(), [value for _, _, value in document.lines]])
+    if (differences := values[values > 0]).size:
+        axes.set_ylim(np.min(differences) / 3, 3 * np.max(differences))
+    _draw_points(axes, document, shown)
+    for name, label, value in document.lines:
+        line = ":" if name == "native" else "--"
+        axes.axhline(value, color=style.COLOURS[name], linewidth=0.8, linestyle=line, label=label)
+    axes.set_ylabel("relative difference")
+    _finish_along(axes, document, {style.LABELS[name] for name in document.drawn})
+
+
+def _finish_along(axes: Axes, document: Document, named: Collection[str] = ()) -> None:
+    """Draw the common parts of panels along the chain, and a legend of what has no name yet."""
+    native = document.native
+    if native.transition_granules is not None:
+        axes.axvline(native.transition_granules, color="0.6", linewidth=0.8, zorder=0)
+    axes.set_xlim(native.contact[0] - 1, native.contact[-1] + 1)
+    if native.contact.size > _LONG_CHAIN_CONTACTS and native.scene.is_plain:
+        axes.set_xscale("log")
+        axes.set_xlim(1.8, native.contact[-1] * 1.1)
+    else:
+        axes.xaxis.set_major_locator(at_whole_numbers())
+    in_units(axes.xaxis, "contact")
+    axes.grid(alpha=0.25)
+    legend_above(axes, named)
+
+
+def what_happens(result: Result, contacts: Sequence[int]) -> tuple[float, float]:
+    """Return start and end of the time in which contact forces change [s], with some room."""
+    history, static = recorded(result), result.static_force
+    some = np.asarray(contacts) - result.scene.contacts[0]
+    moving = np.abs(history.contact_force[:, some] - (0.0 if static is None else static[some]))
+    return while_moving(history.time, np.max(moving, axis=1))
+
+
+def draw_forces(axes: Axes, document: Document) -> None:
+    """Draw contact forces over time, each with its exact peak, and the applied force.
+
+    Forces by other engines are dashed lines over those of the first.
+    """
+    from matplotlib import colormaps
+
+    result = document.native
+    contacts = drawn_contacts(result, _DRAWN_CONTACTS)
+    history = recorded(result)
+    if result.scene.ramps:
+        applied, label = result.scene.applied_force(history.time), "applied force"
+        load = result.scene.precompression
+        if load is not None and load.force:
+            applied, label = applied + load.force, "applied and static force"
+        axes.plot(history.time, applied, "--", color="0.6", label=label)
+    shades = colormaps["viridis"](np.linspace(0, _LIGHTEST_SHADE, len(contacts)))
+    for contact, shade in zip(contacts, shades, strict=True):
+        label = result.scene.contact_name(contact)
+        axes.plot(*with_peak(result, contact), color=shade, linewidth=1.2, label=label)
+    others = {name: other for name, other in document.results.items() if other is not result}
+    for name, other in others.items():
+        for contact in contacts if other.history is not None else ():
+            other_label = style.LABELS[name] if contact == contacts[0] else "_"
+            # Sparse dashes leave the colour of the contact visible.
+            axes.plot(
+                *with_peak(other, contact), color=style.COLOURS[name], linewidth=1.2,
+                linestyle=(0, (2, 6)), label=other_label,
+            )  # fmt: skip
+    drawn = np.concatenate([np.asarray(line.get_ydata(), np.float64) for line in axes.lines])
+    axes.set_ylim(*style.force_limits(float(np.min(drawn)), float(np.max(drawn))))
+    axes.set_xlim(*what_happens(result, contacts))
+    in_units(axes.yaxis, "contact force [N]")
+    in_units(axes.xaxis, "time [s]")
+    axes.grid(alpha=0.25)
+    legend_above(axes)
+
+
+def draw_map(axes: Axes, document: Document) -> None:
+    """Draw the contact force of all contacts over time."""
+    result = document.native
+    history = recorded(result)
+    begin, end = what_happens(result, result.contact.tolist())
+    some = (history.time >= begin) & (history.time <= end)
+    shown = axes.pcolormesh(
+        history.time[some], result.contact, history.contact_force[some].T,
+        cmap=style.force_colours(), shading="nearest", rasterized=True,
+    )  # fmt: skip
+    bar = axes.figure.colorbar(shown, ax=axes, location="bottom", aspect=60, pad=0.02)
+    in_units(bar.ax.xaxis, "contact force [N]")
+    axes.yaxis.set_major_locator(at_whole_numbers())
+    axes.set_ylabel("contact")
+    axes.set_xlim(begin, end)
+    in_units(axes.xaxis, "time [s]")
+
+
+def draw_traces(axes: Axes, document: Document) -> None:
+    """Draw measured traces one below the other, with those of the reference as lines."""
+    overlays = document.overlays
+    apart = 1.1 * max(float(np.max(np.abs(overlay.expected))) for overlay in overlays)
+    for k, overlay in enumerate(overlays):
+        base = (len(overlays) - 1 - k) * apart
+        measured, reference = ("measured", "native, reference") if k == 0 else ("_", "_")
+        axes.plot(
+            overlay.time, overlay.measured + base, ".", color="0.6", markersize=2, label=measured,
+            rasterized=True,
+        )  # fmt: skip
+        axes.plot(
+            overlay.time, overlay.expected + base, color=style.COLOURS["native"], linewidth=1.0,
+            label=reference,
+        )  # fmt: skip
+        axes.annotate(
+            overlay.label, (overlay.time[0], base), (0, 3), textcoords="offset points",
+            fontsize="small",
+            bbox={"facecolor": "white", "alpha": 0.8, "edgecolor": "none", "pad": 0.5},
+        )  # fmt: skip
+    highest = float(np.max(overlays[0].measured, initial=0.0)) + (len(overlays) - 1) * apart
+    axes.set_ylim(-0.15 * apart, max(len(overlays) * apart, 1.05 * highest))
+    in_units(axes.yaxis, "force, shifted [N]")
+    in_units(axes.xaxis, "time of the run [s]")
+    legend_above(axes)
+
+
+PANELS: dict[str, tuple[float, Callable[[Axes, Document], None]]] = {
+    "peaks": (3, draw_peaks),
+    "differences": (2.4, draw_differences),
+    "forces": (3, draw_forces),
+    "map": (3.2, draw_map),
+    "traces": (4.5, draw_traces),
+}
+"""Panels of a picture, from above: height in one of no given size [inches], what draws it."""
+
+
+_KINDS = {"peaks": "peak force", "forces": "contact force", "gauges": "force on a gauge"}
+_BAND_PERCENTILES = (5, 50, 95)  # of the results of a band, as a spread has them
+_DASHES = ("-", "--", ":", "-.")
+_CONTACTS_BY_DEFAULT = 3  # contacts whose force over time is drawn by default
+
+_Line = tuple[FloatArray, FloatArray, FloatArray, FloatArray]  # x, middle, low, high
+
+
+def plot(
+    results: Annotated[Mapping[str, Result | list[Result]], require],
+    draw: str = "peaks",
+    contacts: Sequence[int] | None = None,
+    size: tuple[float, float] = (7.0, 4.5),
+) -> Picture:
+    """Draw several results, by their names in the legend, each with a band of its error.
+
+    Parameters
+    ----------
+    results
+        Results by name. Several of one name, in a list, such as realisations of an uncertain scene,
+        are drawn as a band from 5 to 95 % about their median; the band of a single result is its
+        error estimate.
+    draw
+        ``peaks`` along the chain, ``forces`` of contacts over time, or forces of ``gauges``. Panels
+        of contacts or gauges stand one above the other; one result has all its contacts in one.
+    contacts
+        Contacts whose forces are drawn; three by default.
+    size
+        Width and height [inches]: a column of a paper is 3.4 wide, a page 7.
+    """
+    from hertzchain.report.picture import Picture, in_units, legend_above
+
+    require(draw in _KINDS, "draw", draw, f"must be one of {', '.join(_KINDS)}")
+    is_named = isinstance(results, Mapping) and len(results) > 0
+    require(is_named, "results", None, "must be results by name: {'steel': result}")
+    groups = {
+        name: list(group) if isinstance(group, list | tuple) else [group]
+        for name, group in results.items()
+    }
+    each = [result for group in groups.values() for result in group]
+    are_results = all(groups.values()) and all(isinstance(result, Result) for result in each)
+    require(are_results, "results", None, "must have a result, or a list of them, for each name")
+    if draw == "forces":
+        most = min(result.scene.last_contact for result in each)
+        shortest = min(each, key=lambda result: result.scene.last_contact)
+        first = max(result.scene.contacts[0] for result in each)
+        drawn_by_default = [k for k in drawn_contacts(shortest, _CONTACTS_BY_DEFAULT) if k >= first]
+        contacts = contacts or drawn_by_default
+        allowed = f"must be numbers from {first} to {most}, which all results have"
+        is_there = all(first <= contact <= most for contact in contacts)
+        require(is_there, "contacts", contacts, allowed)
+    for name, group in groups.items():
+        alike = len({result.scene.contacts for result in group}) == 1
+        require(alike, "results", name, "must have chains of one length")
+    panels = _panels(groups, draw, contacts)
+    if len(groups) == 1:
+        (name,) = groups
+        panels = {"": {what or name: lines[name] for what, lines in panels.items()}}
+    figure = Picture(size)
+    drawn: list[Axes] = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0].tolist()
+    for axes, (what, lines) in zip(drawn, panels.items(), strict=True):
+        for k, (name, (x, middle, low, high)) in enumerate(lines.items()):
+            look: dict[str, Any] = {"color": style.distinct(k), "label": name}
+            if draw == "peaks":
+                look |= {"marker": "os^Dv<>P"[k % 8], "markersize": 3, "fillstyle": "none"}
+            axes.plot(x, middle, linestyle=_DASHES[k % 4], linewidth=1.0, **look)
+            axes.fill_between(x, low, high, color=style.distinct(k), alpha=0.25, linewidth=0)
+        least = min(float(np.nanmin(line[2])) for line in lines.values())
+        largest = max(float(np.nanmax(line[3])) for line in lines.values())
+        axes.set_ylim(*style.force_limits(least, largest))
+        in_units(axes.yaxis, f"{what or _KINDS[draw]} [N]")
+        axes.grid(alpha=0.25)
+    if draw != "peaks":
+        ends = [_changes(line) for lines in panels.values() for line in lines.values()]
+        drawn[-1].set_xlim(min(begin for begin, _ in ends), max(end for _, end in ends))
+    in_units(drawn[-1].xaxis, "contact" if draw == "peaks" else "time [s]")
+    legend_above(drawn[0])
+    return figure
+
+
+def _changes(line: _Line) -> tuple[float, float]:
+    """Return start and end of the time in which a force changes [s]."""
+    time, _, low, high = line
+    off = np.maximum(np.abs(low - low[0]), np.abs(high - high[0]))
+    return while_moving(time, np.nan_to_num(off))
+
+
+def _panels(
+    groups: Mapping[str, Sequence[Result]], draw: str, contacts: Sequence[int] | None
+) -> dict[str, dict[str, _Line]]:
+    """Return the lines of each panel, by the names of their results."""
+    series = {
+        name: [_series(result, draw, contacts) for result in group]
+        for name, group in groups.items()
+    }
+    names = dict.fromkeys(what for group in series.values() for curves in group for what in curves)
+    return {
+        what: {
+            name: _band([curves[what] for curves in group])
+            for name, group in series.items()
+            if all(what in curves for curves in group)
+        }
+        for what in names
+    }
+
+
+def _series(
+    result: Result, draw: str, contacts: Sequence[int] | None
+) -> dict[str, tuple[FloatArray, FloatArray, FloatArray]]:
+    """Return x, forces and their relative errors: of all contacts, or over time, by place."""
+    if draw == "peaks":
+        return {"": (result.contact.astype(np.float64), result.peak_force, result.peak_errors)}
+    if draw == "gauges":
+        frame = result.to_traces()
+        time = frame["time_s"].to_numpy()
+        return {
+            str(name).removesuffix("_N").replace("_", " "): (time, frame[name].to_numpy(),
+                np.full(time.size, np.nan_to_num(read.force_error)))  # none without a pulse
+            for name, read in zip(frame.columns[1:], result.gauges, strict=True)
+        }  # fmt: skip
+    curves = {}
+    for contact in contacts or ():
+        time, force = with_peak(result, contact)
+        error = np.full(time.size, result.peak_errors[result.scene.contacts.index(contact)])
+        curves[result.scene.contact_name(contact)] = time, force, error
+    return curves
+
+
+def _band(each: Sequence[tuple[FloatArray, FloatArray, FloatArray]]) -> _Line:
+    """Return a line with its band: the error of one result, percentiles of several."""
+    x, force, error = each[0]
+    if len(each) == 1:
+        return x, force, force * (1 - error), force * (1 + error)
+    # Only as long as all of them last.
+    x = x[(x >= max(at[0] for at, _, _ in each)) & (x <= min(at[-1] for at, _, _ in each))]
+    values = [np.interp(x, at, other) for at, other, _ in each]
+    low, middle, high = np.percentile(values, _BAND_PERCENTILES, axis=0)
+    return x, middle, low, high
 
 
 _WIDTH_INCH = 8.0  # width of a picture by default [inches]
@@ -34,14 +381,13 @@ def figure_of(document: Document, size: tuple[float, float] | None = None) -> Pi
 
     A picture of a ``size`` [inches] has as many panels as have room.
     """
-    from hertzchain.report import panels
     from hertzchain.report.picture import Picture, check_size
 
     shown = panels_of(document)
     if size is not None:
         check_size(size)
         shown = shown[: max(1, int(size[1] / _PANEL_INCH))]
-    heights = [panels.PANELS[name][0] for name in shown]
+    heights = [PANELS[name][0] for name in shown]
     figure = Picture((_WIDTH_INCH, sum(heights) + 0.6) if size is None else size, _title(document))
     drawn = figure.subplots(len(shown), 1, squeeze=False, height_ratios=heights)[:, 0]
     axes = dict(zip(shown, drawn, strict=True))
@@ -49,7 +395,7 @@ def figure_of(document: Document, size: tuple[float, float] | None = None) -> Pi
     for above, below in shared:
         axes[above].sharex(axes[below])
     for name, panel in axes.items():
-        panels.PANELS[name][1](panel, document)
+        PANELS[name][1](panel, document)
     for above, _ in shared:
         axes[above].tick_params(labelbottom=False)
         axes[above].set_xlabel("")

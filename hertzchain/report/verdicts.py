@@ -1,4 +1,4 @@
-"""The documents of a comparison, a judgement, an examination and of traces."""
+"""Documents of verdicts: comparisons, judgements, examinations of decks."""
 
 from __future__ import annotations
 
@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from hertzchain.verdict.comparison import Comparison
     from hertzchain.verdict.judgement import Judgement
     from hertzchain.verdict.traces.judging import TraceJudgement
+    from hertzchain.verdict.trains import TrainJudgement
 
 
 def of_comparison(comparison: Comparison) -> Document:
@@ -461,4 +462,44 @@ def _pulses(judgement: TraceJudgement) -> Peaks:
         row,
         range(len(readings)),
         of_contacts=False,
+    )  # fmt: skip
+
+
+def of_trains(judgement: TrainJudgement) -> Document:
+    """Return the document of a judgement of measured pulses."""
+    checks, tolerance = judgement.checks, judgement.tolerance
+    failed = [check for check in checks if not check.passed]
+    sentence = f"All {len(checks)} numbers are within {tolerance:.1e}."
+    if failed:
+        sentence = f"{len(failed)} of {len(checks)} numbers do not agree within {tolerance:.1e}."
+    forces = [check for check in checks if check.kind.name.startswith("force")]
+
+    def row(k: int) -> list[str]:
+        check = forces[k]
+        place = f"{check.engine}, {check.kind.name.removeprefix('force of ').removesuffix(' [N]')}"
+        if check.measured is None or check.expected is None:
+            return [place, "", "", ""]
+        off = f"{check.measured / check.expected - 1:+.1e}"
+        return [place, number(check.measured, 6), number(check.expected, 6), off]
+
+    return Document(
+        kind="Judgement of measured pulses",
+        numbers=judgement.to_dict,
+        command="judge",
+        results={"native": judgement.reference},
+        verdict=Verdict(
+            not failed, sentence, [failure_of(check) for check in failed],
+            judgement.reference.warnings,
+        ),
+        peaks=Peaks(
+            "Dynamic force of each pulse [N]: as measured, and by the reference method",
+            [("pulse", ""), ("measured", "[N]"), ("native", "[N]"), ("difference", "")],
+            row,
+            range(len(forces)),
+            of_contacts=False,
+        ),
+        drawn={},
+        limits=[],
+        checks=checks,
+        facts=[("tolerance", f"{tolerance:.1e}")],
     )  # fmt: skip

@@ -13,7 +13,6 @@ from typing import Any, TypeVar
 from hertzchain.errors import SceneError, did_you_mean, require
 from hertzchain.files import read_bytes
 from hertzchain.scene.chain import MATERIAL, MOST_UNLIKE_GRANULES, Chain
-from hertzchain.scene.gauge import Gauge
 from hertzchain.scene.keys import Key, keys_of
 from hertzchain.scene.schedule import Run
 from hertzchain.scene.shocks import (
@@ -29,8 +28,15 @@ from hertzchain.scene.shocks import (
     read_table,
     text_of,
 )
-from hertzchain.scene.terms import Contact, Precompression, Wall
-from hertzchain.scene.uncertain import SECTIONS_OF_UNCERTAIN, read_uncertain, sections_of_uncertain
+from hertzchain.scene.terms import (
+    SECTIONS_OF_UNCERTAIN,
+    Contact,
+    Gauge,
+    Precompression,
+    Wall,
+    read_uncertain,
+    sections_of_uncertain,
+)
 
 _CELL_KEYS = {name: key for name, key in keys_of(Chain).items() if name != "granules"}
 """Keys by which a granule of a segment can differ."""

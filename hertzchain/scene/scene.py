@@ -19,18 +19,18 @@ import numpy as np
 from hertzchain.arrays import FloatArray
 from hertzchain.contact import hertz
 from hertzchain.errors import OverlapTooLarge, RunFailed, SceneError, require
-from hertzchain.scene.chain import MATERIAL, MOST_UNLIKE_GRANULES, Chain
-from hertzchain.scene.file import OTHERS, key_named, read_parts, texts_of
-from hertzchain.scene.gauge import Gauge
-from hertzchain.scene.granules import Granules, Numbered, granules_of, like_granules
-from hertzchain.scene.keys import Positive, keys_of
-from hertzchain.scene.natural_units import (
+from hertzchain.scene.chain import (
+    MATERIAL,
     MOMENTUM_IN_NATURAL_UNITS,
+    MOST_UNLIKE_GRANULES,
+    Chain,
     NaturalUnits,
     force_scale,
     length_and_time,
 )
-from hertzchain.scene.ramp import Ramp, impulse_until
+from hertzchain.scene.file import OTHERS, key_named, read_parts, texts_of
+from hertzchain.scene.granules import Granules, Numbered, granules_of, like_granules
+from hertzchain.scene.keys import Positive, keys_of
 from hertzchain.scene.schedule import (
     Leg,
     Push,
@@ -42,9 +42,16 @@ from hertzchain.scene.schedule import (
     watched_with_terms,
     weakest_push,
 )
-from hertzchain.scene.shocks import Moving, Piston, Pulse, Shock, Striker
-from hertzchain.scene.terms import ALL_TERMS, DAMPING, Contact, Precompression, Wall
-from hertzchain.scene.uncertain import Uncertain
+from hertzchain.scene.shocks import Moving, Piston, Pulse, Ramp, Shock, Striker, impulse_until
+from hertzchain.scene.terms import (
+    ALL_TERMS,
+    DAMPING,
+    Contact,
+    Gauge,
+    Precompression,
+    Uncertain,
+    Wall,
+)
 from hertzchain.showing import Shown
 
 

@@ -12,11 +12,10 @@ import numpy as np
 from hertzchain.arrays import FloatArray
 from hertzchain.contact import hertz
 from hertzchain.errors import TooExpensive
+from hertzchain.scene.chain import MOMENTUM_IN_NATURAL_UNITS, NaturalUnits, length_and_time
 from hertzchain.scene.granules import Granules
 from hertzchain.scene.keys import check, key
-from hertzchain.scene.natural_units import MOMENTUM_IN_NATURAL_UNITS, NaturalUnits, length_and_time
-from hertzchain.scene.ramp import Ramp
-from hertzchain.scene.shocks import Piston, Stroke
+from hertzchain.scene.shocks import Piston, Ramp, Stroke
 
 
 @dataclass(frozen=True)

@@ -1,21 +1,19 @@
-"""Terms: additions of a scene to a uniform chain with free ends, at rest under one pulse.
-
-A term that is absent is None: nothing of it is computed, stored or written. Differing granules and
-gaps belong to the chain itself.
-"""
+"""Terms beyond a uniform free chain: walls, loads, damping; gauges; values that are uncertain."""
 
 from __future__ import annotations
 
 import math
+import re
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, Literal, get_args
 
 import numpy as np
 
 from hertzchain.arrays import FloatArray
-from hertzchain.errors import SceneError, require
-from hertzchain.scene.chain import POISSON_RATIO, YIELD_STRENGTH, YOUNG_MODULUS
-from hertzchain.scene.keys import Key, check, key, keys_of, of_granule
+from hertzchain.errors import SceneError, is_positive, require, require_one
+from hertzchain.scene.chain import MATERIAL, POISSON_RATIO, YIELD_STRENGTH, YOUNG_MODULUS
+from hertzchain.scene.keys import Key, check, key, keys_of, of_granule, to_si
 
 ALL_TERMS = (
     "unlike granules", "gaps", "striker", "piston", "local shock", "moving granules",
@@ -233,3 +231,172 @@ class Contact:
         if self.damping == "viscoelastic":
             return np.asarray(1.5 * self.parameter * stiffness)
         return np.full(stiffness.shape, self.parameter)
+
+
+NO_GAUGE = "there is none: the scene needs a [[gauge]] with granule or contact"
+
+
+@dataclass(frozen=True)
+class Gauge:
+    """A sensor within a granule, or the force of a contact; exactly one of the two.
+
+    Parameters
+    ----------
+    granule
+        A sensor in the middle of this granule reads the mean of the forces on its two sides.
+    contact
+        Number of a contact, between granules ``contact - 1`` and ``contact``; N + 1 is the contact
+        of the wall, 1 that of a near wall.
+
+    Raises
+    ------
+    SceneError
+        If none or both are given, or if the given number is not whole.
+    """
+
+    granule: int | None = field(default=None, metadata=key(kind="int"))
+    contact: int | None = field(default=None, metadata=key(kind="int"))
+
+    def __post_init__(self) -> None:
+        require_one(granule=self.granule, contact=self.contact)
+        check(self)
+
+    @property
+    def key(self) -> str:
+        """``granule`` or ``contact``."""
+        return "contact" if self.granule is None else "granule"
+
+    @property
+    def place(self) -> str:
+        """The place of the gauge, such as ``granule 16``."""
+        return f"{self.key} {self.number}"
+
+    def name(self, wall: int | None) -> str:
+        """Name of the column of its forces [N]; ``wall`` is the number of the wall's contact."""
+        if self.contact is not None and self.contact == wall:
+            return "wall_N"
+        if self.contact == 1:
+            return "near_wall_N"
+        return f"{'gauge' if self.granule is not None else 'contact'}_{self.number}_N"
+
+    @property
+    def number(self) -> int:
+        """Number of the granule or the contact."""
+        return int(self.contact if self.granule is None else self.granule)  # type: ignore[arg-type]
+
+    def check(self, granules: int, has_wall: bool, has_near_wall: bool) -> None:
+        """Raise a SceneError if a chain has no such granule or contact."""
+        last = granules + (self.key == "contact" and has_wall)
+        first = 1 if has_near_wall else 2
+        allowed = f"must be a {self.key} from {first} to {last}"
+        require(first <= self.number <= last, f"gauge.{self.key}", self.number, allowed)
+
+
+OF_GRANULES = tuple(f"chain.{key}" for key in (*MATERIAL, "gap", "velocity"))
+"""Keys that can scatter among granules."""
+
+SECTIONS_OF_UNCERTAIN = ("uncertainty", "scatter")
+
+_PERCENT = re.compile(r"\s*([-+.\deE]+)\s*%\s*")
+_FORM = "must be a standard deviation, such as '5 %' or one with a unit, or {half_width = ...}"
+
+
+@dataclass(frozen=True)
+class Uncertain:
+    """How far a value may be from the one that the scene has.
+
+    Parameters
+    ----------
+    key
+        The key in the scene file, such as ``chain.young_modulus``.
+    size
+        Standard deviation of a normal distribution, or half the width of a uniform one; SI units.
+    relative
+        Whether ``size`` is a fraction of the value of the scene.
+    uniform
+        Whether the distribution is uniform.
+    each
+        Whether it is scatter: each granule has a value of its own, all independent.
+
+    Raises
+    ------
+    SceneError
+        If ``size`` is not a finite number above 0.
+    """
+
+    key: str
+    size: float
+    relative: bool = False
+    uniform: bool = False
+    each: bool = False
+
+    def __post_init__(self) -> None:
+        require(is_positive(self.size), self.key, self.size, _FORM)
+        if self.each:
+            require(self.key in OF_GRANULES, self.key, None, f"must be {', '.join(OF_GRANULES)}")
+
+    @property
+    def name(self) -> str:
+        """The key, with a word for scatter."""
+        return f"scatter of {self.key}" if self.each else self.key
+
+    @property
+    def written(self) -> Any:
+        """The text of it in a scene file."""
+        size = f"{100 * self.size:.15g} %" if self.relative else self.size
+        return {"half_width": size} if self.uniform else size
+
+
+def read_uncertain(
+    section: str,
+    values: Mapping[str, Any],
+    key_named: Callable[[str], Key | None],
+    full: Callable[[str], str],
+) -> tuple[Uncertain, ...]:
+    """Read [uncertainty] or [scatter]; a SceneError names the key with its section.
+
+    ``full`` returns the full name of a key that is given without its section.
+    """
+    entries = []
+    for given, value in _flat(values):
+        name = f"{section}.{given}"
+        key = f"chain.{given}" if f"chain.{given}" in OF_GRANULES else given
+        try:
+            key = key if section == "scatter" else full(given)
+        except SceneError as problem:
+            raise SceneError(name, value, problem.allowed) from None
+        quantity = key_named(key)
+        can_vary = quantity is not None and quantity.kind == "float" and bool(quantity.label)
+        unit = quantity.unit if quantity is not None and can_vary else None
+        allowed = "has no quantity; write the key as in the scene, such as chain.young_modulus"
+        require("." in key and unit is not None, name, value, allowed)
+        uniform = isinstance(value, dict)
+        require(not uniform or list(value) == ["half_width"], name, value, _FORM)
+        written = value["half_width"] if uniform else value
+        percent = _PERCENT.fullmatch(written) if isinstance(written, str) else None
+        try:
+            size = float(percent[1]) / 100 if percent else to_si(name, written, unit or "")
+            entries.append(Uncertain(key, size, percent is not None, uniform, section == "scatter"))
+        except SceneError as problem:
+            raise SceneError(name, value, problem.allowed) from None
+        except ValueError:
+            raise SceneError(name, value, _FORM) from None
+    return tuple(entries)
+
+
+def sections_of_uncertain(uncertain: Iterable[Uncertain]) -> dict[str, dict[str, Any]]:
+    """Return the sections of a scene file, as ``read_uncertain`` reads them; none if empty."""
+    sections: dict[str, dict[str, Any]] = {}
+    for entry in uncertain:
+        section = "scatter" if entry.each else "uncertainty"
+        sections.setdefault(section, {})[entry.key] = entry.written
+    return sections
+
+
+def _flat(values: Mapping[str, Any], before: str = "") -> Iterator[tuple[str, Any]]:
+    """Yield keys with their values; without quotes TOML makes tables of ``chain.radius``."""
+    for name, value in values.items():
+        if isinstance(value, dict) and value and "half_width" not in value:
+            yield from _flat(value, f"{before}{name}.")
+        else:
+            yield before + name, value

@@ -22,8 +22,17 @@ from hertzchain.scene.arguments import checked
 from hertzchain.scene.file import key_named, sections_of
 from hertzchain.scene.keys import Key, to_si
 from hertzchain.scene.scene import Scene, SceneLike, to_scene
-from hertzchain.sweeps.columns import ALL, OTHER_MEASURE, PARAMETERS, Column, columns_of
-from hertzchain.sweeps.keys import WALLS, base_values, changed, full_name
+from hertzchain.sweeps.columns import (
+    ALL,
+    OTHER_MEASURE,
+    PARAMETERS,
+    WALLS,
+    Column,
+    base_values,
+    changed,
+    columns_of,
+    full_key,
+)
 
 if TYPE_CHECKING:
     import pandas
@@ -423,12 +432,12 @@ class Design:
 def axes_of(vary: Any, scene: Scene) -> tuple[Axis, ...]:
     """Return the axes of a table, or of values by parameters; arguments are those of ``design``."""
     if not isinstance(vary, Mapping) and hasattr(vary, "columns"):
-        axes = axes_of_table(vary, lambda name: full_name(name, scene))
+        axes = axes_of_table(vary, lambda name: full_key(name, scene))
         require(len(axes) > 0 and len(vary) > 0, "table", None, "must have columns and rows")
         return axes
     allowed = "must be a mapping of at least one parameter to its values, or a table"
     require(isinstance(vary, Mapping) and len(vary) > 0, "vary", None, allowed)
-    return tuple(axis_of(full_name(name, scene), given) for name, given in vary.items())
+    return tuple(axis_of(full_key(name, scene), given) for name, given in vary.items())
 
 
 @checked

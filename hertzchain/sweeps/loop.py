@@ -30,8 +30,7 @@ from hertzchain.errors import BackendMissing, HertzchainError, RunFailed, TooExp
 from hertzchain.limits import RTOL, Deadline, usable_cores
 from hertzchain.observables.peaks import times_of_peaks
 from hertzchain.observables.wave import solitary_waves, transitions
-from hertzchain.scene.chain import granule_mass
-from hertzchain.scene.natural_units import MOMENTUM_IN_NATURAL_UNITS, length_and_time
+from hertzchain.scene.chain import MOMENTUM_IN_NATURAL_UNITS, granule_mass, length_and_time
 from hertzchain.scene.scene import IMPOSSIBLE_OVERLAP
 from hertzchain.scene.schedule import watched_time
 from hertzchain.sweeps.columns import COUNTS, Column, is_result, numbers_of, peak_columns

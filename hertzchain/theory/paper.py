@@ -21,9 +21,8 @@ from numpy.typing import ArrayLike, NDArray
 from hertzchain.arrays import FloatArray
 from hertzchain.contact import hertz
 from hertzchain.errors import SceneError, require
-from hertzchain.scene.chain import Chain
+from hertzchain.scene.chain import PAPER_MOMENTUM, Chain
 from hertzchain.scene.keys import Count, Positive
-from hertzchain.scene.natural_units import PAPER_MOMENTUM
 from hertzchain.scene.shocks import PROFILES, Pulse
 
 SHIFT = 1.077  # peak-to-peak time shift of a solitary wave of height 1 (Eq. 4b)

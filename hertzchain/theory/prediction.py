@@ -13,8 +13,7 @@ import numpy as np
 
 from hertzchain.arrays import FloatArray, or_none
 from hertzchain.observables.wave import STEADY, transition_granules
-from hertzchain.scene.chain import Chain
-from hertzchain.scene.natural_units import PAPER_MOMENTUM
+from hertzchain.scene.chain import PAPER_MOMENTUM, Chain
 from hertzchain.scene.scene import (
     Scene,
     SceneLike,

@@ -14,9 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from hertzchain.arrays import FloatArray
-from hertzchain.scene.chain import Chain
+from hertzchain.scene.chain import Chain, natural_units
 from hertzchain.scene.keys import Positive
-from hertzchain.scene.natural_units import natural_units
 
 _HALF_WIDTH = 16  # granules on either side; beyond them the wave is below 1e-300
 _POINTS_PER_GRANULE = 16  # eight points already give all digits

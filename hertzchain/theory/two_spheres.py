@@ -8,8 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hertzchain.contact import hertz
-from hertzchain.scene.chain import granule_mass
-from hertzchain.scene.natural_units import length_and_time
+from hertzchain.scene.chain import granule_mass, length_and_time
 from hertzchain.scene.scene import Scene
 from hertzchain.theory import restitution
 from hertzchain.theory.solitary_wave import solitary_wave

@@ -18,15 +18,13 @@ from hertzchain.errors import SceneError, require
 from hertzchain.limits import TIME_LIMIT, Deadline
 from hertzchain.observables.result import Result, context_of
 from hertzchain.scene.chain import Chain
-from hertzchain.scene.gauge import Gauge
 from hertzchain.scene.keys import Key, Seed
 from hertzchain.scene.scene import Scene, SceneLike, to_scene
 from hertzchain.scene.schedule import Run
-from hertzchain.scene.uncertain import Uncertain
+from hertzchain.scene.terms import Gauge, Uncertain
 from hertzchain.showing import ShowProgress, telling
-from hertzchain.sweeps.columns import is_whole
+from hertzchain.sweeps.columns import base_values, changed, full_key, is_whole
 from hertzchain.sweeps.design import sobol_points
-from hertzchain.sweeps.keys import base_values, changed, full_name
 
 if TYPE_CHECKING:
     import pandas
@@ -85,7 +83,7 @@ class Realisations:
 
     def _middle_of(self, entry: Uncertain) -> tuple[str, float]:
         """Return the full name of an input, and its value in the scene."""
-        key = full_name(entry.key, self._base)
+        key = full_key(entry.key, self._base)
         allowed = "is no quantity of the experiment, and cannot be uncertain"
         require(not (is_whole(key) or key.startswith("run.")), key, None, allowed)
         value = base_values(self._base, [key])[key]

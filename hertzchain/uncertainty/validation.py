@@ -100,7 +100,7 @@ class Validation(ShownVerdict):
 
     @property
     def _document(self) -> Document:
-        from hertzchain.uncertainty.document import of_validation
+        from hertzchain.uncertainty.shown import of_validation
 
         return of_validation(self)
 

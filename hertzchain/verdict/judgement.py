@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from hertzchain.arrays import FloatArray, or_none
 from hertzchain.engines.native.backend import Native
-from hertzchain.engines.native.methods import METHODS
+from hertzchain.engines.native.plan import METHODS
 from hertzchain.errors import SceneError, is_positive, require
 from hertzchain.limits import Deadline
 from hertzchain.observables.error_bound import refuse_unstable

@@ -11,16 +11,16 @@ import numpy as np
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.external.step_error import DAMPED_READINGS
 from hertzchain.engines.native.damped_verlet import simulate_damped_verlet
-from hertzchain.engines.native.methods import METHODS
+from hertzchain.engines.native.plan import METHODS
 from hertzchain.engines.native.simulation import Simulation, simulate
 from hertzchain.errors import RunFailed
 from hertzchain.limits import TIME_LIMIT, Deadline
 from hertzchain.observables.error_bound import highest_rate
 from hertzchain.observables.peaks import judged_contacts, largest_difference
 from hertzchain.observables.result import Result
-from hertzchain.scene.ramp import SHAPES
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
+from hertzchain.scene.shocks import SHAPES
 from hertzchain.verdict.check import Check, Kind, farthest, unmeasured, within
 
 # largest error estimate of the reference; measured 1e-11 to 6e-10, LM_ratio 1e-4 to 100

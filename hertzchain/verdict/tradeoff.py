@@ -22,7 +22,7 @@ from hertzchain.engines.native.backend import Native
 from hertzchain.engines.native.damped_runs import first_tolerance, simulate_damped
 from hertzchain.engines.native.damped_verlet import simulate_damped_verlet
 from hertzchain.engines.native.duration import with_end
-from hertzchain.engines.native.methods import METHODS, Walker
+from hertzchain.engines.native.plan import METHODS, Walker
 from hertzchain.engines.native.simulation import Simulation, simulate
 from hertzchain.engines.registry import label_of
 from hertzchain.errors import BackendMissing, RunFailed, require

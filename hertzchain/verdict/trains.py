@@ -16,8 +16,8 @@ from hertzchain.errors import SceneError, is_positive, require
 from hertzchain.limits import TIME_LIMIT, TOLERANCE
 from hertzchain.observables.result import Result, context_of
 from hertzchain.observables.trains import COLUMNS, Train
-from hertzchain.scene.gauge import Gauge
 from hertzchain.scene.scene import Scene, SceneLike, to_scene
+from hertzchain.scene.terms import Gauge
 from hertzchain.showing import ShownVerdict, ShowProgress, telling
 from hertzchain.verdict.check import Check, Kind, unmeasured, within
 from hertzchain.verdict.results.reading import table_of

@@ -21,9 +21,8 @@ from hertzchain.engines.lammps.reading.contents import (
     FoundWall,
 )
 from hertzchain.engines.lammps.reading.probing import DAMPED, DEPTHS
-from hertzchain.examiner.examined import DeckCheck, DeckExamination
+from hertzchain.examiner.examined import SIZES, DeckCheck, DeckExamination
 from hertzchain.examiner.examining import compared
-from hertzchain.examiner.places import SIZES
 from hertzchain.limits import Deadline
 
 COMMANDS = (

@@ -14,8 +14,7 @@ from hertzchain.engines.lammps.reading.contents import Executed, FoundDeck
 from hertzchain.engines.lammps.reading.text import Edits
 from hertzchain.errors import RunFailed
 from hertzchain.examiner import correct
-from hertzchain.examiner.examined import DeckCheck
-from hertzchain.examiner.places import Changes, Place
+from hertzchain.examiner.examined import Changes, DeckCheck, Place
 from tests.examiner.made import changed, examined
 
 LINES = ("variable V equal 1", "set all mass", "pair_coeff", "fix load", "run 10")

@@ -12,7 +12,7 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.engines.lammps.reading.contents import UNITS
-from hertzchain.examiner import right_commands as right
+from hertzchain.examiner import correct
 from hertzchain.examiner.examined import Case
 from hertzchain.examiner.examining import case_of
 from hertzchain.limits import Deadline
@@ -62,53 +62,53 @@ MIXED = 4 / 3 / ((1 - 0.3**2) / 200e9 + (1 - 0.34**2) / 70e9)
 Commands = Callable[[Case], list[str] | None]
 
 TABLE: list[tuple[Commands, Callable[[], Case], list[str] | None]] = [
-    (right.granule_commands, later("dimer", "micro"),
+    (correct.granule_commands, later("dimer", "micro"),
      ["set type 1 diameter 12000", "set type 2 diameter 6000",
       "set type 1 density 7.8", "set type 2 density 2.7"]),
-    (right.granule_commands, later("dimer", types=np.ones(16, np.int64)),
+    (correct.granule_commands, later("dimer", types=np.ones(16, np.int64)),
      [*(f"set atom {k} diameter {(0.006, 0.012)[k % 2]}" for k in range(1, 17)),
       *(f"set atom {k} density {(2700, 7800)[k % 2]}" for k in range(1, 17))]),
-    (right.granule_commands, later("piston", ids=np.arange(11)), []),
-    (right.velocity_commands, later("wall", "cgs"),
+    (correct.granule_commands, later("piston", ids=np.arange(11)), []),
+    (correct.velocity_commands, later("wall", "cgs"),
      ["velocity all set 0.0 0.0 0.0 units box", "velocity first set 50 0.0 0.0 units box"]),
-    (right.velocity_commands, later("piston", spin=np.ones((12, 3))),
+    (correct.velocity_commands, later("piston", spin=np.ones((12, 3))),
      ["velocity all set 0.0 0.0 0.0 units box", "set group all omega 0.0 0.0 0.0"]),
-    (right.law_commands, later("dimer", "micro"),
+    (correct.law_commands, later("dimer", "micro"),
      ["pair_style granular", f"pair_coeff * * hertz {MIXED / 1e3:.10g} 0.0 {FRICTION}"]),
-    (right.law_commands, later("viscoelastic"),
+    (correct.law_commands, later("viscoelastic"),
      ["pair_style granular", (f"pair_coeff * * hertz {STEEL:.10g}"
       # eta m* a v with a = sqrt(R* d) is tau times dF/dt = 3/2 A d^1/2 v, A = 4/3 E* sqrt(R*).
       f" {0.5e-6 * 2 * modulus(193e9, 0.3) / (2 / 3 * np.pi * 4.75e-3**3 * 7958):.10g}"
       f" {FRICTION} damping viscoelastic")]),
-    (right.wall_commands, later("piston"), None),
-    (right.wall_commands, later("column", **ASLANT), None),
-    (right.wall_commands, later("column", "cgs", **DOWN),
+    (correct.wall_commands, later("piston"), None),
+    (correct.wall_commands, later("column", **ASLANT), None),
+    (correct.wall_commands, later("column", "cgs", **DOWN),
      [(f"fix wall all wall/gran granular hertz {20 * RUBBER:.10g} 1e-300 {FRICTION}"
       " damping velocity zplane 11.0792756751313 NULL")]),
-    (right.load_commands, later("piston"), []),
-    (right.load_commands, later("column", "cgs", **DOWN),
+    (correct.load_commands, later("piston"), []),
+    (correct.load_commands, later("column", "cgs", **DOWN),
      ["fix gravity all gravity 981 vector 0.0 0.0 -1"]),
-    (right.load_commands, later("precompressed", **ASLANT),
+    (correct.load_commands, later("precompressed", **ASLANT),
      ["group granule1 id 3", "fix load1 granule1 addforce 12 16 0.0",
       "group granule14 id 16", "fix load14 granule14 addforce -12 -16 0.0"]),
-    (right.load_commands, later("fixed"),  # its striker is not pressed; the fixed one holds
+    (correct.load_commands, later("fixed"),  # its striker is not pressed; the fixed one holds
      ["group granule2 id 2", "fix load2 granule2 addforce 5 0.0 0.0"]),
-    (right.motion_commands, later("wall"), ["fix motion all nve"]),
-    (right.motion_commands, later("piston"),
+    (correct.motion_commands, later("wall"), ["fix motion all nve"]),
+    (correct.motion_commands, later("piston"),
      ["group others subtract all first", "fix motion others nve"]),
-    (right.motion_commands, later("fixed"),
+    (correct.motion_commands, later("fixed"),
      ["group fixed id 9", "group others subtract all fixed", "fix motion others nve"]),
-    (right.freeze_commands, later("fixed"), []),  # only damping takes note of it
-    (right.piston_commands, later("wall"), []),
-    (right.piston_commands, later("piston", "cgs"),
+    (correct.freeze_commands, later("fixed"), []),  # only damping takes note of it
+    (correct.piston_commands, later("wall"), []),
+    (correct.piston_commands, later("piston", "cgs"),
      ["fix piston first move linear 20 0.0 0.0 units box"]),
-    (right.shock_commands, later("wall"), []),
-    (right.shock_commands, later("precompressed", **ASLANT), None),
-    (right.shock_commands, later("column", "cgs", **DOWN),
+    (correct.shock_commands, later("wall"), []),
+    (correct.shock_commands, later("precompressed", **ASLANT), None),
+    (correct.shock_commands, later("column", "cgs", **DOWN),
      [('variable F_2 equal "-((time>=0)*(time<0.002)*(200000.0*time/0.002)+(time>=0.002)*'
       '(time<0.004)*(200000.0-200000.0*(time-0.002)/0.002))"'),
       "fix shock first addforce 0.0 0.0 v_F_2"]),
-    (right.shock_commands, later("dimer", "micro"),
+    (correct.shock_commands, later("dimer", "micro"),
      [('variable F equal "(time>=0)*(time<25)*(150000000000.0*time/25.0)+(time>=25)*'
       '(time<50)*(150000000000.0-150000000000.0*(time-25.0)/25.0)"'),
       "fix shock first addforce v_F 0.0 0.0"]),
@@ -125,10 +125,10 @@ def test_commands_of_a_scene(row: int) -> None:
 
 def test_places_begin_at_granule_1() -> None:
     """Granules of rubber press one another, more so further down."""
-    first, *_, last = right.place_commands(case("column", "cgs", **DOWN)) or []
+    first, *_, last = correct.place_commands(case("column", "cgs", **DOWN)) or []
     assert first == "set atom 1 x 1 y 0 z 30"
     assert last.startswith("set atom 10 x 1 y 0 z 12.07263")
-    assert right.place_commands(case("column", ids=np.arange(9))) is None
+    assert correct.place_commands(case("column", ids=np.arange(9))) is None
 
 
 @pytest.mark.parametrize(
@@ -155,8 +155,8 @@ def test_words_of_damping(
     number = {"0.9": "0.5", "250": "500"}[number] if of_wall else number
     k = scene.granules.mass.size - 1 if of_wall else 3
     example = replace(example, scene=scene)
-    assert right.damping_words(example, k, version) == (number, words)
-    small, _ = right.damping_words(replace(example, units=UNITS["micro"]), k, version)
+    assert correct.damping_words(example, k, version) == (number, words)
+    small, _ = correct.damping_words(replace(example, units=UNITS["micro"]), k, version)
     assert float(small) == float(number) * (1 if contact.restitution else 1e6)
 
 
@@ -178,7 +178,7 @@ def test_pairs_of_types() -> None:
 
     def lines(*types: int) -> list[str] | None:
         deck = changed(example.deck, types=np.array(types))
-        commands = right.law_commands(replace(example, deck=deck))
+        commands = correct.law_commands(replace(example, deck=deck))
         return None if commands is None else [" ".join(line.split()[1:6]) for line in commands]
 
     assert lines(1, 1, 2, 2) == ["granular", *(
@@ -195,6 +195,6 @@ def test_pairs_of_types() -> None:
 
 def test_fixed_granules_of_damped_contacts_are_frozen() -> None:
     damped = replace(case("fixed").scene, contact=hc.Contact("restitution", restitution=0.9))
-    assert right.freeze_commands(replace(case("fixed"), scene=damped)) == [
+    assert correct.freeze_commands(replace(case("fixed"), scene=damped)) == [
         "group fixed id 9", "fix freeze fixed freeze"
     ]  # fmt: skip

@@ -11,7 +11,8 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.engines.lammps.reading.contents import FoundDeck
-from hertzchain.examiner import correct, places
+from hertzchain.examiner import correct
+from hertzchain.examiner.examined import with_number
 from tests.examiner.corpus import scene_of
 from tests.examiner.made import (
     STEP,
@@ -217,4 +218,4 @@ def test_numbers_that_are_off_by_the_same_are_one_finding(
 def test_both_sides_of_a_number_that_stands_in_a_line(factor: int) -> None:
     for off, stands in ((2e-3 / 3, True), (6e-3, False)):
         pairs = [(3.0 * (1 + factor * off), 4.0)]
-        assert places.with_number("set all 3.0", pairs) == ("set all 4" if stands else None)
+        assert with_number("set all 3.0", pairs) == ("set all 4" if stands else None)

@@ -15,7 +15,7 @@ import hertzchain as hc
 from hertzchain.engines.native import backend
 from hertzchain.errors import HertzchainError, SceneError
 from hertzchain.fits import model
-from hertzchain.fits.keys import Tie, ties_of
+from hertzchain.fits.model import Tie, ties_of
 from tests.command_line import Command
 from tests.conftest import STEEL, paper_scene
 from tests.sweeps.made import CHAIN_SECTION, SEGMENTS, SHOCK

@@ -26,7 +26,7 @@ from hertzchain.observables.samples import (
     wanted_times,
 )
 from hertzchain.observables.watch import PeakWatch, work_done
-from hertzchain.scene.ramp import Ramp
+from hertzchain.scene.shocks import Ramp
 from tests.conftest import paper_scene
 from tests.oracles.first_pulses import Trace
 

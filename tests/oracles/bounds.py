@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 import hertzchain as hc
-from hertzchain.engines.native.methods import METHODS
+from hertzchain.engines.native.plan import METHODS
 from hertzchain.observables.peaks import judged_contacts, largest_difference
 from tests.oracles import extrapolation
 from tests.oracles.eighth_order import Truth

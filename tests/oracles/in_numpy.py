@@ -19,7 +19,7 @@ from hertzchain.engines.native.as_written import (
     start_of_motion,
 )
 from hertzchain.engines.native.equations import Chain
-from hertzchain.engines.native.methods import Stepper, SymplecticNystrom, Walker
+from hertzchain.engines.native.plan import Stepper, SymplecticNystrom, Walker
 from hertzchain.engines.native.simulation import Simulation, softest
 from hertzchain.limits import TIME_LIMIT, Deadline
 from hertzchain.observables.samples import Recorder, Samples

@@ -7,7 +7,7 @@ import numpy as np
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.native.equations import Chain
-from hertzchain.engines.native.methods import METHODS
+from hertzchain.engines.native.plan import METHODS
 from hertzchain.engines.native.simulation import simulate
 from hertzchain.known.answer import looks_at_damped
 from hertzchain.observables.samples import Recorder

@@ -18,11 +18,16 @@ from rich.console import Console
 
 import hertzchain as hc
 from hertzchain import theory
-from hertzchain.report.console import plain_text, print_document, print_prediction, print_prose
+from hertzchain.report.console import (
+    plain_text,
+    print_document,
+    print_prediction,
+    print_prose,
+    print_tradeoff,
+)
 from hertzchain.report.document import Document, describe, known_digits
 from hertzchain.report.figures import plot_tradeoff
 from hertzchain.report.run import of_result
-from hertzchain.report.tradeoff import print_tradeoff
 from hertzchain.report.verdicts import of_comparison, of_judgement
 from hertzchain.verdict.check import Check, Kind
 from hertzchain.verdict.tradeoff import Row, Tradeoff

@@ -15,12 +15,17 @@ from matplotlib.figure import Figure
 
 import hertzchain as hc
 from hertzchain.report.figures import figure_of
-from hertzchain.report.files import motion_frame, write_frame
+from hertzchain.report.files import (
+    drawn_contacts,
+    motion_frame,
+    plot_times,
+    while_moving,
+    write_frame,
+)
 from hertzchain.report.picture import in_units, legend_look
 from hertzchain.report.run import of_result
 from hertzchain.report.style import force_limits
 from hertzchain.report.verdicts import of_comparison
-from hertzchain.report.waterfall import drawn_contacts, plot_times, while_moving
 from tests.conftest import paper_scene
 from tests.places import ROOT
 from tests.report.conftest import lines_of, plot_comparison

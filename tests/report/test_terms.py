@@ -17,8 +17,7 @@ from ase.io import read
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
 from hertzchain.errors import OutputError, SceneError
-from hertzchain.report.files import motion_frame, power_of_1000, write_result
-from hertzchain.report.waterfall import frame_times
+from hertzchain.report.files import frame_times, motion_frame, power_of_1000, write_result
 from tests.command_line import Command
 from tests.conftest import STEEL, paper_scene
 

@@ -19,13 +19,21 @@ import hertzchain as hc
 from hertzchain import theory
 from hertzchain.engines.lammps.deck import force_formula
 from hertzchain.engines.liggghts import deck as liggghts
-from hertzchain.engines.native.methods import METHODS
+from hertzchain.engines.native.plan import METHODS
 from hertzchain.engines.native.simulation import simulate
 from hertzchain.engines.yade import deck as yade
 from hertzchain.errors import RunFailed, SceneError, TooExpensive
-from hertzchain.scene.ramp import SHAPES, Ramp, Shape
 from hertzchain.scene.schedule import Leg, lay_steps
-from hertzchain.scene.shocks import PROFILES, Profile, Stroke, profile_named, read_table
+from hertzchain.scene.shocks import (
+    PROFILES,
+    SHAPES,
+    Profile,
+    Ramp,
+    Shape,
+    Stroke,
+    profile_named,
+    read_table,
+)
 from tests.conftest import STEEL
 from tests.scene.test_refused import text_of
 from tests.scene.test_scene import scene_of

@@ -17,7 +17,7 @@ from scipy.integrate import quad
 
 import hertzchain as hc
 from hertzchain.errors import SceneError
-from hertzchain.scene.natural_units import PAPER_MOMENTUM
+from hertzchain.scene.chain import PAPER_MOMENTUM
 from tests.conftest import STEEL, paper_scene
 from tests.effort import effort
 

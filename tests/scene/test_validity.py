@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 import hertzchain as hc
 from hertzchain.errors import OverlapTooLarge
-from hertzchain.scene.natural_units import (
+from hertzchain.scene.chain import (
     MOMENTUM_IN_NATURAL_UNITS,
     PAPER_MOMENTUM,
     force_scale,

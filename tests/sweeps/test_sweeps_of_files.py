@@ -19,9 +19,8 @@ import tomli_w
 import hertzchain as hc
 from hertzchain.errors import SceneError
 from hertzchain.scene.starters import STARTERS, write_starter
-from hertzchain.sweeps.columns import COLUMNS, column_named, columns_of, numbers_of
+from hertzchain.sweeps.columns import COLUMNS, column_named, columns_of, names_of, numbers_of
 from hertzchain.sweeps.design import design
-from hertzchain.sweeps.keys import names_of
 from tests.command_line import Command
 from tests.conftest import STEEL
 from tests.sweeps.made import has_numbers

@@ -14,8 +14,7 @@ import pytest
 import hertzchain as hc
 from hertzchain.errors import OutputError, SceneError
 from hertzchain.sweeps import loop
-from hertzchain.sweeps.folder import claimed
-from hertzchain.sweeps.sweeping import settings
+from hertzchain.sweeps.sweeping import claimed, settings
 from tests.sweeps.made import GRID, SHORT
 
 

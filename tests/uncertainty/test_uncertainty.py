@@ -13,10 +13,9 @@ import pytest
 import hertzchain as hc
 from hertzchain.errors import SceneError
 from hertzchain.report.console import plain_text
-from hertzchain.scene.uncertain import Uncertain
+from hertzchain.scene.terms import Uncertain
 from hertzchain.uncertainty import validation
-from hertzchain.uncertainty.document import of_validation
-from hertzchain.uncertainty.shown import print_spread
+from hertzchain.uncertainty.shown import of_validation, print_spread
 from hertzchain.uncertainty.spread import Realisations, first_order
 from hertzchain.uncertainty.validation import compared_numbers
 from hertzchain.verdict.traces.judging import PEAK, Number

@@ -12,7 +12,7 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.engines.lammps.isolation import Child
-from hertzchain.engines.native.methods import METHODS
+from hertzchain.engines.native.plan import METHODS
 from hertzchain.errors import RunFailed
 from tests.command_line import python
 from tests.conftest import paper_scene

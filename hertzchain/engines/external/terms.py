@@ -11,9 +11,8 @@ import numpy as np
 from hertzchain.arrays import FloatArray
 from hertzchain.errors import RunFailed
 from hertzchain.scene.granules import Granules
-from hertzchain.scene.ramp import SHAPES, Ramp
 from hertzchain.scene.scene import Scene
-from hertzchain.scene.shocks import Stroke
+from hertzchain.scene.shocks import SHAPES, Ramp, Stroke
 
 _MOST_GRANULES = 100_000
 """Most granules (chosen): a deck names each of them, in ten seconds."""

@@ -17,7 +17,8 @@ from hertzchain.engines.external.engine import Code, ExternalEngine
 from hertzchain.engines.external.observation import Observation
 from hertzchain.engines.external.program import work_folder
 from hertzchain.engines.external.readings import BLOCK, reading_times, stops
-from hertzchain.engines.lammps import deck, state
+from hertzchain.engines.lammps import deck
+from hertzchain.engines.lammps import engine as state
 from hertzchain.engines.lammps.binary import Binary, Program
 from hertzchain.engines.lammps.dialect import NO_STEP
 from hertzchain.engines.lammps.engine import command, engine, look, run, version_of

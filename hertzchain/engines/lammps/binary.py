@@ -17,10 +17,11 @@ import numpy as np
 
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.external import readings
-from hertzchain.engines.external.dumps import read_blocks, read_frames
 from hertzchain.engines.external.observation import Observation
 from hertzchain.engines.external.program import SAID, find_program, run_program, work_folder
-from hertzchain.engines.lammps import deck, dialect, engine, state
+from hertzchain.engines.external.readings import read_blocks, read_frames
+from hertzchain.engines.lammps import deck, dialect, engine
+from hertzchain.engines.lammps import engine as state
 from hertzchain.engines.lammps.isolation import Child
 from hertzchain.errors import BackendMissing, RunFailed, StepUnstable, TooExpensive
 from hertzchain.limits import Deadline

@@ -40,9 +40,9 @@ from hertzchain.engines.lammps.dialect import (
 )
 from hertzchain.errors import RunFailed, require
 from hertzchain.scene.chain import Chain
-from hertzchain.scene.ramp import Ramp
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
+from hertzchain.scene.shocks import Ramp
 from hertzchain.scene.terms import Contact, Wall
 
 START = (

@@ -10,12 +10,11 @@ from typing import ClassVar
 
 import numpy as np
 
-from hertzchain.engines.external.dumps import read_frames
 from hertzchain.engines.external.engine import Found, ProgramEngine
-from hertzchain.engines.external.readings import Granules
+from hertzchain.engines.external.readings import Granules, read_frames
 from hertzchain.engines.external.terms import refuse_damping_of_wall
 from hertzchain.engines.liggghts import deck
-from hertzchain.engines.liggghts.contacts import models, refuse_damping
+from hertzchain.engines.liggghts.deck import models, refuse_damping
 from hertzchain.errors import RunFailed
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.terms import ALL_TERMS

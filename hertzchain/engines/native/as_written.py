@@ -15,7 +15,7 @@ import numpy as np
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.native.damped_runs import accurate
 from hertzchain.engines.native.equations import Chain
-from hertzchain.engines.native.methods import Walker
+from hertzchain.engines.native.plan import Walker
 from hertzchain.engines.native.simulation import Run, Simulation, start_of
 from hertzchain.errors import RunFailed
 from hertzchain.limits import Deadline, refuse_memory
@@ -24,7 +24,7 @@ from hertzchain.observables.error_bound import SAFETIES, diverged
 from hertzchain.observables.first_pulse import Signals
 from hertzchain.observables.samples import DampedLaw, Recorder, Samples
 from hertzchain.observables.watch import Watch
-from hertzchain.scene.natural_units import force_scale
+from hertzchain.scene.chain import force_scale
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
 

@@ -18,7 +18,7 @@ from hertzchain.arrays import FloatArray
 from hertzchain.engines.native import damped_runs
 from hertzchain.engines.native import plan as plans
 from hertzchain.engines.native.duration import with_end
-from hertzchain.engines.native.methods import METHODS, Method
+from hertzchain.engines.native.plan import METHODS, Method
 from hertzchain.engines.native.simulation import Prepared, Run, Simulation, work_of
 from hertzchain.errors import POSITIVE, StepUnstable, is_positive, require
 from hertzchain.limits import RTOL, TIGHTEST, TIME_LIMIT, Deadline, check_time_limit

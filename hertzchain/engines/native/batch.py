@@ -27,7 +27,7 @@ from hertzchain.arrays import FloatArray
 from hertzchain.engines.native import plan as plans
 from hertzchain.engines.native.backend import Native
 from hertzchain.engines.native.equations import Chain as NativeChain
-from hertzchain.engines.native.methods import Walker
+from hertzchain.engines.native.plan import Walker
 from hertzchain.engines.native.simulation import (
     LONG_RUN,
     LOOKS,
@@ -61,10 +61,8 @@ from hertzchain.observables.first_pulse import (
 )
 from hertzchain.observables.peaks import times_of_peaks
 from hertzchain.observables.result import Result
-from hertzchain.scene.chain import MOST_GRANULES, Chain
+from hertzchain.scene.chain import MOMENTUM_IN_NATURAL_UNITS, MOST_GRANULES, Chain
 from hertzchain.scene.keys import Count
-from hertzchain.scene.natural_units import MOMENTUM_IN_NATURAL_UNITS
-from hertzchain.scene.ramp import SHAPES
 from hertzchain.scene.scene import (
     Scene,
     SceneLike,
@@ -74,7 +72,7 @@ from hertzchain.scene.scene import (
     to_scene,
 )
 from hertzchain.scene.schedule import watched_time
-from hertzchain.scene.shocks import PROFILES, Profile, Pulse, profile_named
+from hertzchain.scene.shocks import PROFILES, SHAPES, Profile, Pulse, profile_named
 from hertzchain.showing import Shown
 
 if TYPE_CHECKING:
@@ -346,7 +344,7 @@ def _march(jobs: Sequence[_Job], deadline: Deadline, cores: int) -> list[tuple[_
 
 def _march_alike(alike: Sequence[_Job], deadline: Deadline, cores: int) -> list[tuple[_Job, float]]:
     """Make runs of one kind, as ``_march``."""
-    from hertzchain.engines.native import elastic, elastic_state
+    from hertzchain.engines.native import elastic, elastic_chain
     from hertzchain.observables.observer import PULSE, watch_of
 
     scenes, first, chain = len(alike), alike[0].prepared, alike[0].chain
@@ -369,7 +367,7 @@ def _march_alike(alike: Sequence[_Job], deadline: Deadline, cores: int) -> list[
     def part(some: slice, control: FloatArray) -> None:
         chains = chain._replace(**{name: values[some] for name, values in of_chains.items()})
         watch = watch_of(signals[0].copy(), contacts)
-        state, blank = (elastic_state.at_the_start(granules) for _ in range(2))
+        state, blank = (elastic_chain.at_the_start(granules) for _ in range(2))
         elastic.march_watched(
             rows[some], steps[0], tolerance[some], state, blank, granules, start[some], chains,
             first.moving, leave_behind, force[some], time[some], nothing, watch,
@@ -379,9 +377,9 @@ def _march_alike(alike: Sequence[_Job], deadline: Deadline, cores: int) -> list[
 
     _in_parts(part, scenes, deadline, cores, LOOKS)
     done = []
-    for n in np.flatnonzero(outcomes[:, 0] == elastic_state.DONE).tolist():
+    for n in np.flatnonzero(outcomes[:, 0] == elastic_chain.DONE).tolist():
         job, values = alike[n], outcomes[n].tolist()
-        outcome = elastic_state.Outcome(*map(int, values[:4]), *values[4:])
+        outcome = elastic_chain.Outcome(*map(int, values[:4]), *values[4:])
         of_pulses = FirstPulses.of(pulses[n], static[n])
         peaks = Peaks(force[n], time[n], time[n] < outcome.end, of_pulses)
         job.prepared.runs[key_of(job.rows, job.walker)] = Simulation.of(
@@ -532,7 +530,7 @@ def _march_all(
     ``rows`` has the legs of one pulse each in the form of the kernels, shape (scenes, legs, 8).
     Raises TooExpensive after the deadline.
     """
-    from hertzchain.engines.native import elastic, elastic_state
+    from hertzchain.engines.native import elastic, elastic_chain
 
     scenes = len(rows)
     force, time = np.zeros((scenes, granules - 1)), np.full((scenes, granules - 1), np.nan)
@@ -541,7 +539,7 @@ def _march_all(
     at_rest, nothing = np.zeros((0, 0)), room_for()
 
     def part(some: slice, control: FloatArray) -> None:
-        state, blank = (elastic_state.at_the_start(granules) for _ in range(2))
+        state, blank = (elastic_chain.at_the_start(granules) for _ in range(2))
         elastic.march_each(
             rows[some], steps, state, blank, granules, at_rest, MOVING, force[some], time[some],
             nothing, outputs[2][some], outputs[3][some], control,

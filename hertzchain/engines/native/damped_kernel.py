@@ -36,27 +36,25 @@ from hertzchain.engines.native.damped_contacts import (
     start_modes,
 )
 from hertzchain.engines.native.elastic_chain import (
+    DIVERGED,
+    DONE,
     END,
     PLACE,
     SHAPE,
     START,
+    STOPPED,
+    STUCK,
+    TOO_MUCH,
     VELOCITY,
+    Outcome,
+    Seen,
     applied_force,
     applied_force_rate,
     energy_of,
     has_piston,
     is_diverged,
-    momentum_of,
-)
-from hertzchain.engines.native.elastic_state import (
-    DIVERGED,
-    DONE,
-    STOPPED,
-    STUCK,
-    TOO_MUCH,
-    Outcome,
-    Seen,
     is_stopped,
+    momentum_of,
 )
 from hertzchain.engines.native.equations import Chain
 from hertzchain.observables.compiling import compiled, compiled_and_kept

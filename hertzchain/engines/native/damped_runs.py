@@ -32,7 +32,7 @@ from hertzchain.scene.schedule import Leg
 
 if TYPE_CHECKING:
     from hertzchain.engines.native.damped_kernel import Method
-    from hertzchain.engines.native.elastic_state import Record
+    from hertzchain.engines.native.elastic_chain import Record
     from hertzchain.observables.observer import Watch
 
 LONGEST = 0.8
@@ -86,7 +86,7 @@ def integrate_damped(
     """
     from hertzchain.engines.native import damped_kernel
     from hertzchain.engines.native.damped_kernel import at_the_start
-    from hertzchain.engines.native.elastic_state import Seen
+    from hertzchain.engines.native.elastic_chain import Seen
 
     granules, contacts = chain.inverse_mass.size, chain.stiffness.size
     record = room_for() if record is None else record
@@ -130,7 +130,7 @@ def simulate_damped(
     be longer by that factor. Raises StepUnstable if the motion diverges, TooExpensive if the run
     has taken too long, TooMuchWork after ``most_work`` force evaluations of a granule.
     """
-    from hertzchain.engines.native import elastic_state
+    from hertzchain.engines.native import elastic_chain
 
     if deadline.left <= 0:
         raise deadline.passed()
@@ -162,12 +162,12 @@ def simulate_damped(
         return run, watch
 
     run = finished(integrate, control, deadline)
-    if run.status == elastic_state.STUCK:
+    if run.status == elastic_chain.STUCK:
         raise TooMuchWork(
             "the native run does not advance: a contact opens and closes within"
             " rounding errors; ask for less accuracy, or for a shorter end_time"
         )
-    if run.status == elastic_state.TOO_MUCH:
+    if run.status == elastic_chain.TOO_MUCH:
         raise TooMuchWork("the native run takes more work than it may")
     return run
 

@@ -21,12 +21,21 @@ import numpy as np
 
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.native.elastic_chain import (
+    DEEPEST,
+    DIVERGED,
+    DONE,
     END,
     FREE_END,
     SHAPE,
     START,
     STEPS,
+    STOPPED,
     VELOCITY,
+    Outcome,
+    Record,
+    Seen,
+    State,
+    Steps,
     accelerate_pushed,
     begin_run,
     energy_of,
@@ -34,6 +43,7 @@ from hertzchain.engines.native.elastic_chain import (
     impulse_in_step,
     impulse_on_fixed,
     is_diverged,
+    is_stopped,
     keep_history,
     keep_start,
     momentum_of,
@@ -45,21 +55,10 @@ from hertzchain.engines.native.elastic_chain import (
     with_stiffness,
     work_in_step,
 )
-from hertzchain.engines.native.elastic_state import (
-    DEEPEST,
-    DIVERGED,
-    DONE,
-    STOPPED,
-    Outcome,
-    Record,
-    Seen,
-    State,
-    Steps,
-    is_stopped,
-)
 from hertzchain.engines.native.equations import Chain
 from hertzchain.observables.compiling import (
     ONE,
+    UNCOUNTED,
     compiled,
     compiled_and_kept,
     compiled_without_nan,
@@ -67,7 +66,6 @@ from hertzchain.observables.compiling import (
     part,
 )
 from hertzchain.observables.interpolant import hertz_force
-from hertzchain.observables.keeping import UNCOUNTED
 from hertzchain.observables.observer import Watch, has_news, highest, look, read_off, usual_end
 
 DIP = 0.75

@@ -3,7 +3,7 @@
 Granule i has the displacement u_i along the chain. Contact i lies between granules i and i + 1: in
 tables and pages it has the paper's number, i + 1. A wall is the last contact, with a neighbour that
 rests; a near wall is one more granule, in front, that rests. In natural units
-(``scene.natural_units``), in which k, m and F0 of a plain chain are 1:
+(``scene.chain``), in which k, m and F0 of a plain chain are 1:
 
     overlap   d_i   = u_i - u_{i+1} - gap_i                    a static overlap is a negative gap
     force     F_i   = k_i d_i^(3/2) + c_i d_i^q d_i'           where d_i > 0, otherwise 0

@@ -14,20 +14,20 @@ import numpy as np
 
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.native.equations import Chain
-from hertzchain.engines.native.methods import SymplecticNystrom, Walker
+from hertzchain.engines.native.plan import SymplecticNystrom, Walker
 from hertzchain.errors import RunFailed
 from hertzchain.limits import TIME_LIMIT, Deadline, refuse_memory
 from hertzchain.observables.contact_errors import ContactErrors, Peaks
 from hertzchain.observables.error_bound import diverged
 from hertzchain.observables.first_pulse import LATEST, Signals, pulses_in
 from hertzchain.observables.samples import Recorder
-from hertzchain.scene.natural_units import NaturalUnits, force_scale
-from hertzchain.scene.ramp import SHAPES
+from hertzchain.scene.chain import NaturalUnits, force_scale
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
+from hertzchain.scene.shocks import SHAPES
 
 if TYPE_CHECKING:
-    from hertzchain.engines.native.elastic_state import Outcome, Record, Steps
+    from hertzchain.engines.native.elastic_chain import Outcome, Record, Steps
     from hertzchain.observables.observer import Watch
 
 MOVING = 8
@@ -100,7 +100,7 @@ def steps_of(rows: FloatArray, walker: Walker, least: float = 1.0) -> Steps:
 
     An opening contact costs in proportion to stiffness over mass: ``least`` is that of ``softest``.
     """
-    from hertzchain.engines.native.elastic_state import Steps
+    from hertzchain.engines.native.elastic_chain import Steps
 
     stepper = walker.stepper
     assert isinstance(stepper, SymplecticNystrom)  # NumPy integrates with other methods
@@ -117,7 +117,7 @@ def room_for(recorder: Recorder | None = None) -> Record:
     """Return the arrays of a recorder for a history, all zero; empty ones without a recorder."""
     if recorder is None:
         return _nothing_recorded()
-    from hertzchain.engines.native.elastic_state import Record
+    from hertzchain.engines.native.elastic_chain import Record
 
     arrays = recorder.displacement, recorder.velocity, recorder.contact_force
     for values in arrays:
@@ -161,7 +161,7 @@ class Simulation:
     piston_impulse: float = 0.0  # integral of the force of the piston
     dissipated: float = 0.0  # energy lost by damping
     end: float = math.nan  # time reached; NaN where it is the end that was given
-    status: int = 0  # of compiled runs: ``elastic_state.DONE`` or one of the next constants there
+    status: int = 0  # of compiled runs: ``elastic_chain.DONE`` or one of the next constants there
 
     @classmethod
     def of(cls, outcome: Outcome, displacement: Any, velocity: Any, peaks: Peaks) -> Simulation:
@@ -241,7 +241,7 @@ class Prepared:
         With ``usual``, a time in natural units, the run finds its end itself, on legs that go on
         until the latest possible one: see ``elastic.march``.
         """
-        from hertzchain.engines.native import elastic, elastic_state
+        from hertzchain.engines.native import elastic, elastic_chain
 
         # A first pulse may not be over when peaks are.
         may_leave = self.own_start and self.signals is None and is_single_pulse(self.scene)
@@ -258,10 +258,10 @@ class Prepared:
         def run() -> tuple[Simulation, Watch | None]:
             force, time = np.zeros(contacts), np.full(contacts, np.nan)
             watch = None if self.signals is None else self.signals.watch()
-            state = elastic_state.at_the_start(granules)
+            state = elastic_chain.at_the_start(granules)
             outcome = elastic.march(
                 steps, state, granules, self.start, self.chain, self.moving, leave_behind,
-                elastic_state.Seen(force, time, record), watch, usual, control,
+                elastic_chain.Seen(force, time, record), watch, usual, control,
             )  # fmt: skip
             # A copy, so that the memory of the run is freed.
             u, v = state.rows[:2, :granules].copy()
@@ -342,16 +342,16 @@ def finished(
     A run that becomes long, as with many halved steps, begins again. Raises StepUnstable if the
     motion diverges.
     """
-    from hertzchain.engines.native import elastic_state
+    from hertzchain.engines.native import elastic_chain
 
     if not is_long:
         control[0] = LOOKS
         simulation, watch = run()
-        is_long = simulation.status == elastic_state.STOPPED
+        is_long = simulation.status == elastic_chain.STOPPED
     if is_long:
         control[:] = 0.0
         simulation, watch = stoppable(run, control, deadline)
-    if simulation.status == elastic_state.DIVERGED:
+    if simulation.status == elastic_chain.DIVERGED:
         raise diverged("native")
     if watch is None:
         return simulation

@@ -24,9 +24,9 @@ from hertzchain.engines.external.terms import (
     wall_material,
     wall_position,
 )
-from hertzchain.scene.ramp import SHAPES
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
+from hertzchain.scene.shocks import SHAPES
 
 AT_REST, READINGS, VERSION = "at_rest.npy", "readings.npy", "version.txt"
 """Files that a run writes: positions, masses and diameters of the granules before the shock,

@@ -19,8 +19,8 @@ from hertzchain.observables.gauges import Reading, force_over_time
 from hertzchain.observables.result import Result, context_of
 from hertzchain.observables.samples import History
 from hertzchain.pulses.recording import noise_before, resolution_of
-from hertzchain.scene.gauge import Gauge
 from hertzchain.scene.scene import Scene, SceneLike, to_scene
+from hertzchain.scene.terms import Gauge
 from hertzchain.showing import ShownVerdict, ShowProgress, telling
 from hertzchain.verdict.check import Check, Kind, within
 from hertzchain.verdict.traces.traces import ENOUGH_QUIET_SAMPLES, Traces, read_records

@@ -21,9 +21,9 @@ from hertzchain.pulses.recording import (
     read_recording,
     resolution_of,
 )
-from hertzchain.scene.gauge import Gauge
 from hertzchain.scene.keys import to_si
 from hertzchain.scene.scene import Scene
+from hertzchain.scene.terms import Gauge
 
 _SENSOR = re.compile(r"(gauge|contact)_(\d+)|(?:near_)?wall")
 _COLUMN = re.compile(rf"({_SENSOR.pattern})(?:[ _/([]*[a-zA-Z]+[)\]]*)?")

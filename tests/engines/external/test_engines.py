@@ -25,8 +25,8 @@ from hertzchain.engines.yade.backend import read_array
 from hertzchain.errors import BackendMissing, RunFailed, StepUnstable, TooExpensive, Unpredictable
 from hertzchain.known import answer
 from hertzchain.observables.peaks import largest_difference
-from hertzchain.scene.ramp import Ramp
 from hertzchain.scene.schedule import Leg
+from hertzchain.scene.shocks import Ramp
 from tests.conftest import STEEL, paper_scene
 from tests.engines.external.test_same_steps import PLAIN, PULSE
 from tests.scenes import NAMES

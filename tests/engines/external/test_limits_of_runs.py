@@ -18,7 +18,7 @@ import hertzchain as hc
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.native import elastic, simulation
 from hertzchain.engines.native.as_written import RungeKutta
-from hertzchain.engines.native.methods import METHODS, SymplecticNystrom, Walker
+from hertzchain.engines.native.plan import METHODS, SymplecticNystrom, Walker
 from hertzchain.engines.native.simulation import simulate
 from hertzchain.errors import RunFailed, StepUnstable, TooExpensive, Unpredictable
 from hertzchain.limits import Deadline, in_words, refuse_memory

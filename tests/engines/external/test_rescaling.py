@@ -17,7 +17,7 @@ from hertzchain.engines.external.rescaling import (
     round_off,
     softening,
 )
-from hertzchain.engines.native.methods import METHODS
+from hertzchain.engines.native.plan import METHODS
 from hertzchain.engines.native.simulation import simulate
 from hertzchain.errors import OverlapTooLarge, RunFailed, Unpredictable
 from hertzchain.observables.peaks import largest_difference

@@ -12,7 +12,7 @@ import pytest
 import hertzchain as hc
 from hertzchain.engines.external.engine import ProgramEngine
 from hertzchain.engines.lammps import deck as lammps_deck
-from hertzchain.engines.liggghts import contacts, deck
+from hertzchain.engines.liggghts import deck
 from hertzchain.engines.liggghts import deck as liggghts_deck
 from hertzchain.engines.yade import deck as yade_deck
 from hertzchain.errors import HertzchainError, RunFailed
@@ -188,12 +188,12 @@ def taper(granules: int) -> hc.Scene:
 
 def test_types_of_viscoelastic_contacts() -> None:
     """A number for each pair of materials and masses, of which a deck can have so many."""
-    types, kinds = contacts.types_of(replace(taper(100), wall=hc.Wall("same")))
+    types, kinds = deck.types_of(replace(taper(100), wall=hc.Wall("same")))
     assert kinds == list(range(1, 101))
     assert len(types) == 101
     with pytest.raises(RunFailed, match="101 pairs of material and mass are too many"):
-        contacts.types_of(taper(101))
-    alike, kinds = contacts.types_of(replace(taper(101), contact=RESTITUTION))
+        deck.types_of(taper(101))
+    alike, kinds = deck.types_of(replace(taper(101), contact=RESTITUTION))
     assert len(alike) == 1
     assert set(kinds) == {1}
 

@@ -13,10 +13,9 @@ from hertzchain.arrays import FloatArray
 from hertzchain.engines.external.readings import Granules, contact_forces, samples
 from hertzchain.engines.lammps.deck import set_up
 from hertzchain.engines.lammps.dialect import PAIR_STYLES
-from hertzchain.engines.lammps.engine import command, engine
-from hertzchain.engines.lammps.state import granules
+from hertzchain.engines.lammps.engine import command, engine, granules
 from hertzchain.engines.native.equations import Chain
-from hertzchain.engines.native.methods import METHODS
+from hertzchain.engines.native.plan import METHODS
 from hertzchain.engines.native.simulation import simulate
 from hertzchain.errors import RunFailed, SceneError
 from hertzchain.observables.peaks import largest_difference

@@ -9,7 +9,7 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.engines.external import step_error
-from hertzchain.engines.native.methods import METHODS
+from hertzchain.engines.native.plan import METHODS
 from hertzchain.engines.native.simulation import simulate
 from hertzchain.errors import OverlapTooLarge, StepUnstable, Unpredictable
 from hertzchain.observables.error_bound import stable_step

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 import hertzchain as hc
 from hertzchain.engines.external.rescaling import Softening
-from hertzchain.engines.native import damped_kernel, elastic_state
+from hertzchain.engines.native import damped_kernel, elastic_chain
 from hertzchain.engines.native.damped_runs import accurate, first_tolerance, integrate_damped
 from hertzchain.engines.native.damped_verlet import simulate_damped_verlet
 from hertzchain.engines.native.equations import Chain
@@ -239,7 +239,7 @@ def test_strong_dampers(exponent: float, damping: float) -> None:
     for tolerance in (3e-5, 1e-6, 3e-9):
         # 383 to 3,929 steps were measured, 2.3e6; a run that stood still took what it was given.
         run = integrate_damped(chain, rows, AT_REST, tolerance, 0.8, most_work=5e6)
-        assert run.status == elastic_state.DONE
+        assert run.status == elastic_chain.DONE
         # At most 0.3 of the tolerance was measured, and 2e-10.
         assert largest_difference(run.peaks.force, true.peaks.force) < max(tolerance, 1e-9)
 
@@ -248,17 +248,17 @@ def test_steps_that_do_not_advance_end() -> None:
     """No step is accurate enough for this tolerance, so that all are as short as times resolve."""
     chain, rows = uniform(6, RESTITUTION, 0.2), pulse_until(30.0)
     run = integrate_damped(chain, rows, AT_REST, 1e-30, 0.8)
-    assert run.status == elastic_state.STUCK
+    assert run.status == elastic_chain.STUCK
     assert run.steps < 20_000
 
 
 def test_stop_and_most_work() -> None:
     chain, rows = uniform(6, RESTITUTION, 0.2), pulse_until(30.0)
     stopped = integrate_damped(chain, rows, AT_REST, 1e-9, 0.8, control=np.array([-1.0, 0.0, 0.0]))
-    assert stopped.status == elastic_state.STOPPED
+    assert stopped.status == elastic_chain.STOPPED
     per_step = damped_kernel.STEP + 12 * 6  # stages, granules
     few = integrate_damped(chain, rows, AT_REST, 1e-9, 0.8, most_work=2.5 * per_step)
-    assert (few.status, few.steps) == (elastic_state.TOO_MUCH, 3)
+    assert (few.status, few.steps) == (elastic_chain.TOO_MUCH, 3)
 
 
 def test_runs_that_agree_by_chance_state_an_error() -> None:

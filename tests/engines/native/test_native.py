@@ -17,15 +17,15 @@ from scipy.interpolate import BPoly, PPoly
 import hertzchain as hc
 from hertzchain.engines.native import (
     damped_kernel,
-    damped_verlet_kernel,
+    damped_verlet,
     elastic,
     elastic_chain,
     simulation,
 )
 from hertzchain.engines.native.as_written import RungeKutta
-from hertzchain.engines.native.elastic_state import Seen
+from hertzchain.engines.native.elastic_chain import Seen
 from hertzchain.engines.native.equations import Chain
-from hertzchain.engines.native.methods import (
+from hertzchain.engines.native.plan import (
     METHODS,
     SRKN_6B,
     SRKN_11B,
@@ -39,8 +39,8 @@ from hertzchain.limits import Deadline
 from hertzchain.observables import observer
 from hertzchain.observables.peaks import largest_difference
 from hertzchain.observables.samples import Recorder
-from hertzchain.scene.ramp import SHAPES, Ramp
 from hertzchain.scene.schedule import Leg
+from hertzchain.scene.shocks import SHAPES, Ramp
 from hertzchain.theory import solitary_wave as exact
 from tests import scenes
 from tests.conftest import STEEL, paper_scene
@@ -331,7 +331,7 @@ def test_a_maximum_in_a_step_whose_rate_is_no_parabola(
 
 @pytest.mark.parametrize(
     "kernel",
-    [elastic.march, damped_kernel.march, damped_verlet_kernel.take_steps, elastic.march_each],
+    [elastic.march, damped_kernel.march, damped_verlet.take_steps, elastic.march_each],
     ids=lambda kernel: kernel.py_func.__module__,
 )
 def test_a_kept_kernel_is_forgotten_when_a_module_changes_that_it_calls(kernel: Any) -> None:

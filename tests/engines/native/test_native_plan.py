@@ -17,7 +17,7 @@ from hertzchain.arrays import FloatArray
 from hertzchain.engines.native import batch, simulation
 from hertzchain.engines.native import plan as plans
 from hertzchain.engines.native.batch import peak_forces, similar_peak_forces
-from hertzchain.engines.native.methods import METHODS, SRKN_11B, Walker
+from hertzchain.engines.native.plan import METHODS, SRKN_11B, Walker
 from hertzchain.engines.native.simulation import leg_rows, simulate
 from hertzchain.limits import TIGHTEST, Deadline
 from hertzchain.observables.error_bound import is_short

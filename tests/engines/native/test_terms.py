@@ -17,7 +17,7 @@ from scipy.special import jv
 import hertzchain as hc
 from hertzchain.engines.native.damped_runs import integrate_damped
 from hertzchain.engines.native.equations import Chain
-from hertzchain.engines.native.methods import METHODS
+from hertzchain.engines.native.plan import METHODS
 from hertzchain.engines.native.simulation import simulate
 from hertzchain.observables.peaks import largest_difference
 from hertzchain.scene.scene import refuse_hopeless_overlap

@@ -12,10 +12,9 @@ from scipy.integrate import simpson
 from scipy.interpolate import CubicSpline
 
 import hertzchain as hc
-from hertzchain.engines.native import elastic, elastic_state
-from hertzchain.engines.native.elastic_state import Seen, at_the_start
-from hertzchain.engines.native.methods import SRKN_11B, Walker
-from hertzchain.engines.native.plan import cheapest
+from hertzchain.engines.native import elastic, elastic_chain
+from hertzchain.engines.native.elastic_chain import Seen, at_the_start
+from hertzchain.engines.native.plan import SRKN_11B, Walker, cheapest
 from hertzchain.engines.native.simulation import leg_rows, room_for, simulate, steps_of
 from hertzchain.theory.solitary_wave import solitary_wave
 from tests.conftest import STEEL, paper_scene
@@ -93,7 +92,7 @@ def test_under_a_long_pulse_nothing_is_left_behind() -> None:
 
 def test_a_stopped_run_says_so() -> None:
     stopped = outcome(paper_scene("cosine", 1.0, 2.0, 100), False, 0.1, np.array([-1.0, 0.0, 0.0]))
-    assert stopped.status == elastic_state.STOPPED
+    assert stopped.status == elastic_chain.STOPPED
     assert stopped.end < 5  # looked at every four natural time units
 
 
