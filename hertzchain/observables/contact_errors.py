@@ -17,6 +17,11 @@ from hertzchain.arrays import FloatArray
 from hertzchain.observables.first_pulse import FirstPulses
 from hertzchain.observables.peaks import ESTIMATED, judged_contacts, largest_difference
 
+_ERRATIC_DIFFERENCE, _HIGHER_RATIO = 1e-3, 1.5
+"""Relative difference of later peaks from which on a later wave may be a contact's peak; and its
+most force over that of later peaks (chosen). In two of 1,410 random scenes a contact had another
+peak, up to 5 % higher, than in both runs, which differed by 0.04 and 0.4."""
+
 _DIGIT = 0.1
 """Error of a force that has one right digit."""
 
@@ -149,7 +154,8 @@ class Peaks:
         """Differences from another run, each at least those of peaks and pulses that came before.
 
         Peaks after a contact's first pulse come of waves that met more than once: they differ
-        erratically, and each takes the largest difference of all contacts.
+        erratically, and each takes the largest difference of all contacts. Where they differ much,
+        such a wave may as well be higher than the first pulse of any contact that is not far above.
         """
         pulses, others = self.first, other.first
         if pulses is None or others is None:
@@ -162,6 +168,8 @@ class Peaks:
         peak = _relative(other.force, self.force, judged)
         ended = np.where(pulses.is_ended, pulses.arrival + pulses.width, np.inf)[: peak.size]
         later = judged & (self.time > ended)
+        if np.any(peak[later] > _ERRATIC_DIFFERENCE):
+            later |= judged & (self.force < _HIGHER_RATIO * np.max(self.force[later]))
         peak = np.where(later, np.max(peak[judged]), peak)
         has = ~np.isnan(pulses.force)
         first = _relative(others.force, pulses.force, has)
