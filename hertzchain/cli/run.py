@@ -15,7 +15,6 @@ from hertzchain.cli.shown import Shown
 from hertzchain.engines.registry import ENGINES, compared_by_default
 from hertzchain.errors import HertzchainError, require
 from hertzchain.limits import RTOL
-from hertzchain.scene.terms import NO_GAUGE
 
 if TYPE_CHECKING:
     from hertzchain.arrays import FloatArray
@@ -183,6 +182,7 @@ def run(
         )
     from hertzchain.engines.native.duration import with_end
     from hertzchain.report.run import of_result
+    from hertzchain.scene.terms import NO_GAUGE
 
     is_drawn = shown.plot is not None or shown.report is not None
     is_recorded = is_drawn or any(tables.files.values())

@@ -17,7 +17,7 @@ from scipy.interpolate import BPoly, PPoly
 import hertzchain as hc
 from hertzchain.engines.native import (
     damped_kernel,
-    damped_verlet,
+    damped_verlet_kernel,
     elastic,
     elastic_chain,
     simulation,
@@ -331,7 +331,7 @@ def test_a_maximum_in_a_step_whose_rate_is_no_parabola(
 
 @pytest.mark.parametrize(
     "kernel",
-    [elastic.march, damped_kernel.march, damped_verlet.take_steps, elastic.march_each],
+    [elastic.march, damped_kernel.march, damped_verlet_kernel.take_steps, elastic.march_each],
     ids=lambda kernel: kernel.py_func.__module__,
 )
 def test_a_kept_kernel_is_forgotten_when_a_module_changes_that_it_calls(kernel: Any) -> None:
