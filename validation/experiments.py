@@ -126,7 +126,7 @@ def experiment(kind: str, seed: int) -> dict[str, Any]:
     ratios: list[float] = (both["error_y"].abs() / without_input).tolist()
     return row | {
         "fails": judged.verdict == "fail",
-        "differs": ratios.max() if len(ratios) else np.inf,
+        "differs": max(ratios, default=np.inf),
     }
 
 

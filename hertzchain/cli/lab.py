@@ -21,7 +21,7 @@ from hertzchain.cli.output import (
     write_file,
 )
 from hertzchain.cli.shown import Shown
-from hertzchain.errors import require
+from hertzchain.errors import HertzchainError, require
 from hertzchain.limits import TOLERANCE
 
 
@@ -162,6 +162,7 @@ def judge(
 
     Where peaks differ, the likely cause is named.
     """
+    from hertzchain.pulses.recording import read_columns
     from hertzchain.report.cards import document_of
     from hertzchain.uncertainty.shown import of_validation
     from hertzchain.uncertainty.validation import SEEN, validate
@@ -175,7 +176,15 @@ def judge(
     step, limit = options.to_seconds("--dt", dt), options.to_time_limit(time_limit)
     loaded = options.load_scene(scene)
     names = names_in(results[0])
-    of_traces = all(is_traces(names_in(file), columns) for file in results)
+    are_traces = [is_traces(names_in(file), columns) for file in results]
+    of_traces = all(are_traces)
+    if any(are_traces) and not of_traces:
+        other = results[are_traces.index(False)]
+        read_columns(other)  # raises where it cannot be read
+        raise HertzchainError(
+            f"{other}: has no forces of gauges over time, as the other files have: judge it by"
+            " itself, or name its columns with --column"
+        )
     options.refuse_without_need(of_traces, no_shift=traces.no_shift, column=bool(columns))
     with output.progress() as report_progress, output.compiling(report_progress):
         if of_traces:

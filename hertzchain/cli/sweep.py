@@ -165,7 +165,7 @@ def _read_table(path: Path) -> Any:
                     io.StringIO(text), skipinitialspace=True, index_col=False, na_values=[""],
                     skip_blank_lines=False, keep_default_na=False, sep=separator,
                 )  # fmt: skip
-            commas = {r"^(\s*[-+]?\d+),(\d)": r"\1.\2"} if separator == ";" else {}
+            commas = {r"^(\s*[-+]?\d*),(\d+)(?![\d,])": r"\1.\2"} if separator != "," else {}
             return table.replace(regex=commas)
     except pandas.errors.ParserWarning:
         raise HertzchainError(f"{allowed}; a row has more cells than the header") from None

@@ -48,6 +48,12 @@ _UNIT_SPELLINGS = {
 }
 """Units in headers, by how they are written."""
 
+_TIME_NAME = re.compile(r"t\b|.*(?:time|second)|in \w?s$", re.IGNORECASE)
+"""Name or unit of a column of times."""
+
+_OF_CLOCK = ("start", "step")
+"""What times without a column follow from."""
+
 _COUNTS = "sequence"
 """What stands in place of a unit below the name of a column that counts samples."""
 
@@ -148,13 +154,23 @@ def read_columns(path: Path) -> Columns:
     begin = _first_sample(cells, numeric)
     # A comment may name the columns, and settings may stand next to the first samples.
     header = [_cells(line.lstrip().lstrip("#%"), separator, ".") for line in lines[:begin]]
-    settings = _settings(header, cells[begin:], numeric)
-    names, units = _names_and_units(header, settings, numeric, count)
+    settings = _settings(cells[:begin], cells[begin:], numeric)
+    first = [row[numeric[0]] for row in header if len(row) > numeric[0]]
+    samples = [row for row in cells[begin:] if row]
+    counts = [_value(row, numeric[0]) for row in samples] == list(range(len(samples)))
+    has_step = {"start", "step"} <= {*settings}
+    if not has_step and any(cell.lower() == _COUNTS for cell in first):
+        raise HertzchainError(
+            f"{path}: column {numeric[0] + 1} counts samples, and the header has no start and"
+            " increment of the times: write them in its place"
+        )
+    has_times = not has_step or (not counts and any(map(_TIME_NAME.match, first)))
+    names, units = _names_and_units(header, settings, numeric, count, has_times)
     layout = f"{_SEPARATORS[separator]} between columns"
     layout += ", decimal commas" if decimal == "," else ""
     cells[:begin] = [[] for _ in range(begin)]
     columns = Columns(path, cells, numeric, names, units, layout)
-    return _with_times(columns, begin, settings) if {"start", "step"} <= {*settings} else columns
+    return columns if has_times else _with_times(columns, begin, settings, counts)
 
 
 def columns_of(table: pandas.DataFrame) -> Columns:
@@ -224,11 +240,11 @@ def _settings(
     beside = [row[: numeric[0]] for row in samples[:_SETTING_LINES]]
     for row in [*header, *beside]:
         kind = kinds.get(row[0].lower()) if row else None
-        if kind is not None and any(row[1:]):
+        if kind is not None and any(row[1:]) and (_numbers(row[1:2]) or kind not in _OF_CLOCK):
             settings[kind] = list(row)
     for names, values in itertools.pairwise(header):
         for name, value in zip(names, values, strict=False):
-            if (kind := kinds.get(name.lower())) is not None and _numbers([value]):
+            if (kind := kinds.get(name.lower())) in _OF_CLOCK and _numbers([value]):
                 settings[kind] = [name, value]
     return settings
 
@@ -238,6 +254,7 @@ def _names_and_units(
     settings: Mapping[str, Sequence[str]],
     numeric: Sequence[int],
     count: int,
+    has_times: bool,
 ) -> tuple[list[str], list[str]]:
     """Return names and units of the columns, from the last lines of the header that have them."""
     rows = [row for row in header if len(row) > max(numeric) and all(row[k] for k in numeric)]
@@ -255,7 +272,7 @@ def _names_and_units(
         for of_row, of_name in zip([*units, *[""] * count], _units_in(names), strict=False)
     ]
     # A file without times has none of their unit; one unit may stand for all channels.
-    of_times = numeric[:1] if "step" not in settings else []
+    of_times = numeric[:1] if has_times else []
     for column in numeric:
         row = settings.get("unit of times" if column in of_times else "units", ["", ""])
         unit = row[column] if 0 < column < len(row) else row[1]
@@ -263,14 +280,15 @@ def _names_and_units(
     return names, units
 
 
-def _with_times(columns: Columns, begin: int, settings: Mapping[str, Sequence[str]]) -> Columns:
-    """Return the columns with one of times more, of samples that are equally far apart."""
-    start, step = (float(settings[kind][1]) for kind in ("start", "step"))
-    counter = columns.numeric[0]
-    rows = [row for row in columns.cells[begin:] if row]
-    counted = [_value(row, counter) for row in rows]
-    counts = counted == list(range(len(rows)))
-    times = iter(start + step * k for k in range(len(rows)))
+def _with_times(
+    columns: Columns, begin: int, settings: Mapping[str, Sequence[str]], counts: bool
+) -> Columns:
+    """Return the columns with one of times more, of samples that are equally far apart.
+
+    ``counts`` is whether the first column of numbers counts the samples.
+    """
+    start, step = (float(settings[kind][1]) for kind in _OF_CLOCK)
+    times = (start + step * k for k in itertools.count())
     cells = [
         [*[*row, *[""] * len(columns.names)][: len(columns.names)], repr(next(times))]
         if row and k >= begin else row

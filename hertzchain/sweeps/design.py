@@ -149,7 +149,7 @@ def axes_of_table(table: pandas.DataFrame, full: Callable[[str], str]) -> tuple[
             try:
                 values[cell] = _cell(name, cell, match[2] if match else "")
             except SceneError as problem:
-                rows = 1 + np.flatnonzero(cells == cell)
+                rows = 1 + np.flatnonzero((cells == cell).fillna(False).to_numpy(bool))
                 listed = f"{'rows' if rows.size > 1 else 'row'} {', '.join(map(str, rows[:_FEW]))}"
                 more = f" and {rows.size - _FEW} more" if rows.size > _FEW else ""
                 problems.append((problem, f"{listed}{more}"))

@@ -163,6 +163,30 @@ def test_files_of_oscilloscopes_have_times_and_units(maker: str, tmp_path: Path)
         read_recording(path)
 
 
+@pytest.mark.parametrize(
+    ("header", "form"),
+    [
+        ("Start,0\nIncrement,1e-6\nTIME,CH1\n", "{t},{f}"),
+        ("Start,2026-11-28\nIncrement,1 us\ntime_s,force_N\n", "{t},{f}"),
+        ("X;CH1;Start;Increment\nSequence;N;0,0;5,0e-01\n", "{k};{f}"),
+        ("X,CH1,Start,Increment\nSequence,N,0.0,5.0e-01\n", "{k},{f},,"),
+    ],
+    ids=["times of its own", "words", "decimal commas", "counts"],
+)
+def test_times_are_those_of_a_column_unless_it_counts(
+    header: str, form: str, tmp_path: Path
+) -> None:
+    path, (start, *_) = tmp_path / "a.csv", TIME
+    rows = [form.format(t=t, f=f, k=k) for k, (t, f) in enumerate(zip(TIME, FORCE, strict=True))]
+    body = "\n".join(rows)
+    path.write_text(header + (body.replace(".", ",") if ";" in form else body), encoding="utf-8")
+    assert start == 0
+    assert_read(read_recording(path))
+    path.write_text("X,CH1\nSequence,N\n" + "\n".join(f"{k},{k}" for k in range(20)), "utf-8")
+    with pytest.raises(HertzchainError, match="column 1 counts samples, and the header has no st"):
+        read_recording(path)
+
+
 def test_empty_cells_are_gaps_and_other_texts_are_refused(tmp_path: Path) -> None:
     rows = [f"{t},{f},{k}" for k, (t, f) in enumerate(zip(TIME, FORCE, strict=True))]
     rows[4:4] = ["1.75,,9", "1.8,,"]

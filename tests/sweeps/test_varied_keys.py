@@ -215,6 +215,7 @@ SEVERAL = (
             {"granules": [2.5] * 6},
             "must be a whole number (rows 1, 2, 3, 4 and 2 more of the table)",
         ),
+        ({"granules": pd.array([9, None, -1], "Int64")}, "(row 3 of the table)"),
         ({"chain.radius [GPa]": [1.0]}, "wrong dimension"),
         ({"chain.radius [mm]": ["1 mm"]}, "must be a number"),
         ({"granules": [9], "chain.granules": [9]}, "given twice"),

@@ -1,4 +1,4 @@
-"""Readings of a code: from its dumps, in units of SI."""
+"""Readings of a code: as its dumps have them, and as samples in SI units."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The state of an elastic run, and the motion of a chain within a step."""
+"""The state of a run, elastic or damped, and the motion of a chain within a step."""
 
 from __future__ import annotations
 

@@ -30,6 +30,11 @@ if TYPE_CHECKING:
     from scipy.interpolate import CubicSpline
 
 
+_TWICE = (
+    "have a gauge twice: judge each record by itself, or name columns by names that only one file"
+    " has, as a number is that of a column in every file"
+)
+
 _TIMES_PER_WIDTH, _MOST_TIMES = 60, 20_000
 """Recorded times for each width of the narrowest pulse: a cubic spline is within 1e-6 of its force
 (measured); and the most of them."""
@@ -391,7 +396,7 @@ def judge_traces(
     files: list[Any] = list(traces) if is_list else [traces]  # type: ignore[arg-type]
     require(bool(files), "traces", None, "must be at least one file or table")
     measured, *others = read_records(scene, files, columns or {})
-    require(not others, "traces", None, "have a gauge twice: judge each record by itself")
+    require(not others, "traces", None, _TWICE)
     with telling(progress) as report_progress:
         report_progress("native: the reference method")
         expected = expected_of(scene, measured.gauges, Native("reference", time_limit=time_limit))

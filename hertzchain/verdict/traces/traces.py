@@ -36,6 +36,9 @@ _FLAT_SAMPLES = 4
 _CREST_FALL_DIGITS = 16.0
 """Largest fall of a crest next to as many flat samples, in digits: a parabola falls by 9."""
 
+_CLOCK_STEPS = 0.01
+"""Largest difference of times of files of one record, over a sample: digits of files (chosen)."""
+
 ENOUGH_QUIET_SAMPLES = 200
 """Quiet samples that give the noise to 5 %; with fewer, second differences of all are better."""
 
@@ -116,6 +119,8 @@ def read_records(
     """
     read = [_columns_of(file) for file in files]
     parts = [_columns_in(each, columns) for each in read]
+    for role in columns.keys() - {role for part in parts for role in part}:
+        read[0].find("--column", _spec(role, columns[role])[0])  # raises: no file has it
     roles = [role for each in zip(read, parts, strict=True) for role, _ in _named(*each)]
     gauges = [_gauge(role, scene) for role in roles]
     is_one = len(read) > 1 and not own_clocks and len({*gauges}) == len(gauges)
@@ -126,10 +131,11 @@ def read_records(
     channels = [read_traces(scene, *each) for each in zip(read, parts, strict=True)]
     time = channels[0].time
     for each, other in zip(read[1:], channels[1:], strict=True):
-        if time.shape != other.time.shape or not np.allclose(time, other.time, rtol=1e-6, atol=0):
+        off = _CLOCK_STEPS * float(np.median(np.diff(time)))
+        if time.shape != other.time.shape or not np.allclose(time, other.time, rtol=0, atol=off):
             raise HertzchainError(
-                f"{each.path}: has other times than {read[0].path}: files of one record have the"
-                " same; fit those of several records with --own-clocks"
+                f"{each.path}: has other times than {read[0].path}, and files of one record have"
+                " the same: judge each record by itself, or fit them with --own-clocks"
             )
     force = np.concatenate([each.force for each in channels], axis=1)
     noise = np.concatenate([each.noise for each in channels])

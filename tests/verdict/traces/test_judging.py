@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -203,6 +204,19 @@ def test_a_file_for_each_channel(
     ):
         with pytest.raises(HertzchainError, match=words):
             hc.judge_traces(SCENE, tables)
+    with pytest.raises(HertzchainError, match="--column CH9: no such column"):
+        hc.judge_traces(SCENE, paths, columns=columns | {"wall": "CH9"})
+    gauge, other = (measured[["time_s", name]] for name in channels)
+    step = float(np.median(np.diff(measured["time_s"])))
+    for share, is_one in ((0.003, True), (0.03, False)):
+        moved = other.assign(time_s=other["time_s"] + share * step)
+        with nullcontext() if is_one else pytest.raises(HertzchainError, match="other times"):
+            assert hc.judge_traces(SCENE, [gauge, moved])
+    gauge.to_csv(tmp_path / "gauge.csv", index=False)
+    (tmp_path / "none.csv").write_text("a,b\n" + "1,2\n" * 9)
+    for name, said in (("none.csv", "has no forces of gauges"), ("gone.csv", "cannot be read")):
+        done = hertzchain("judge", tmp_path / "scene.toml", tmp_path / "gauge.csv", tmp_path / name)
+        assert (done.status, said in done.err) == (2, True), done.err
 
 
 def test_a_page_and_a_figure(measured: pd.DataFrame, tmp_path: Path) -> None:
