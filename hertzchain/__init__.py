@@ -15,10 +15,10 @@ if TYPE_CHECKING:
 
     from hertzchain import theory
     from hertzchain.engines.lammps.backend import Lammps
-    from hertzchain.engines.liggghts.backend import Liggghts
+    from hertzchain.engines.liggghts import Liggghts
     from hertzchain.engines.native.backend import Native
     from hertzchain.engines.native.batch import Batch, peak_forces, similar_peak_forces
-    from hertzchain.engines.yade.backend import Yade
+    from hertzchain.engines.yade import Yade
     from hertzchain.errors import HertzchainError
     from hertzchain.examiner.examined import DeckCheck, DeckExamination
     from hertzchain.examiner.examining import examine
@@ -38,9 +38,8 @@ if TYPE_CHECKING:
     from hertzchain.uncertainty.validation import Validation, validate
     from hertzchain.verdict.comparison import Comparison, compare
     from hertzchain.verdict.judgement import Judgement
-    from hertzchain.verdict.results.reading import judge
-    from hertzchain.verdict.traces.judging import TraceJudgement, judge_traces
-    from hertzchain.verdict.trains import TrainJudgement, judge_trains
+    from hertzchain.verdict.results import TrainJudgement, judge, judge_trains
+    from hertzchain.verdict.traces import TraceJudgement, judge_traces
 
 _HOME = {
     "Batch": "hertzchain.engines.native.batch",
@@ -54,7 +53,7 @@ _HOME = {
     "HertzchainError": "hertzchain.errors",
     "Judgement": "hertzchain.verdict.judgement",
     "Lammps": "hertzchain.engines.lammps.backend",
-    "Liggghts": "hertzchain.engines.liggghts.backend",
+    "Liggghts": "hertzchain.engines.liggghts",
     "Moving": "hertzchain.scene.shocks",
     "Native": "hertzchain.engines.native.backend",
     "Contact": "hertzchain.scene.terms",
@@ -69,19 +68,19 @@ _HOME = {
     "Striker": "hertzchain.scene.shocks",
     "Spread": "hertzchain.uncertainty.spread",
     "Sweep": "hertzchain.sweeps.sweeping",
-    "TraceJudgement": "hertzchain.verdict.traces.judging",
-    "TrainJudgement": "hertzchain.verdict.trains",
+    "TraceJudgement": "hertzchain.verdict.traces",
+    "TrainJudgement": "hertzchain.verdict.results",
     "Uncertain": "hertzchain.scene.terms",
     "Validation": "hertzchain.uncertainty.validation",
     "Wall": "hertzchain.scene.terms",
-    "Yade": "hertzchain.engines.yade.backend",
+    "Yade": "hertzchain.engines.yade",
     "certify": "hertzchain.known.certificate",
     "compare": "hertzchain.verdict.comparison",
     "examine": "hertzchain.examiner.examining",
     "fit": "hertzchain.fits.fit",
-    "judge": "hertzchain.verdict.results.reading",
-    "judge_traces": "hertzchain.verdict.traces.judging",
-    "judge_trains": "hertzchain.verdict.trains",
+    "judge": "hertzchain.verdict.results",
+    "judge_traces": "hertzchain.verdict.traces",
+    "judge_trains": "hertzchain.verdict.results",
     "peak_forces": "hertzchain.engines.native.batch",
     "plot": "hertzchain.report.figures",
     "scenes": "hertzchain.sweeps.design",

@@ -57,7 +57,7 @@ def judge_peaks(request: pytest.FixtureRequest) -> Callable[..., Judgement]:
         __tracebackhide__ = True
         from hertzchain.errors import HertzchainError
         from hertzchain.limits import TOLERANCE
-        from hertzchain.verdict.results.reading import judge
+        from hertzchain.verdict.results import judge
 
         try:
             chosen = folder / scene if isinstance(scene, str | os.PathLike) else scene

@@ -91,7 +91,7 @@ for option in ("--help", "--version"):
         ("import hertzchain", HEAVY),
         (HELP, HEAVY - {"typer", "rich"}),
         # It asks LAMMPS's dialect, and no LAMMPS.
-        ("import hertzchain.examiner.lint.rules, hertzchain.engines.lammps.dialect", HEAVY),
+        ("import hertzchain.examiner.lint, hertzchain.engines.lammps.dialect", HEAVY),
         ("import hertzchain.report.page, hertzchain.report.console", {"matplotlib", "jinja2"}),
         (
             "import hertzchain; hertzchain.Scene, hertzchain.Result",

@@ -7,8 +7,7 @@ from dataclasses import dataclass
 
 import hertzchain as hc
 from hertzchain.files import write_texts
-from hertzchain.known.answer import known_answer, lay_out
-from hertzchain.known.deck import Layout, deck
+from hertzchain.known.answer import Layout, deck, known_answer, lay_out
 from validation.shipped import HERE, load
 
 FOLDER = HERE.parent / "lammps_inputs"

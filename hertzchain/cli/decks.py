@@ -96,7 +96,7 @@ def lint(
     """
     from dataclasses import asdict
 
-    from hertzchain.examiner.lint.rules import lint_file
+    from hertzchain.examiner.lint import lint_file
 
     given = options.by_name("--var", variables or [], "F0=100")
     limit = options.to_time_limit(time_limit)

@@ -166,10 +166,9 @@ def judge(
     from hertzchain.report.cards import document_of
     from hertzchain.uncertainty.shown import of_validation
     from hertzchain.uncertainty.validation import SEEN, validate
-    from hertzchain.verdict.results import reading
-    from hertzchain.verdict.traces.judging import judge_traces
-    from hertzchain.verdict.traces.traces import is_traces, names_in
-    from hertzchain.verdict.trains import is_train, judge_trains
+    from hertzchain.verdict.results import is_train, judge_trains
+    from hertzchain.verdict.results import judge as judge_peaks
+    from hertzchain.verdict.traces import is_traces, judge_traces, names_in
 
     outputs = Shown(scene, shown, results)
     columns = traces.columns
@@ -207,7 +206,7 @@ def judge(
             within = TOLERANCE if tolerance is None else tolerance
             limits: dict[str, Any] = {"time_limit": limit, "progress": report_progress}
             outputs.end(document_of(judge_trains(loaded, results[0], tolerance=within, **limits)))
-        judgement = reading.judge(
+        judgement = judge_peaks(
             loaded,
             results,
             units=units.value,

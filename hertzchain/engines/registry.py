@@ -70,11 +70,11 @@ _ALL = (
         "#0072B2", "o", compared=True, swept=True, writes_decks=True,
     ),
     Engine(
-        "liggghts", "LIGGGHTS", "hertzchain.engines.liggghts.backend", "Liggghts",
+        "liggghts", "LIGGGHTS", "hertzchain.engines.liggghts", "Liggghts",
         "#CC79A7", "x", program="liggghts", writes_decks=True,
     ),
     Engine(
-        "yade", "Yade", "hertzchain.engines.yade.backend", "Yade",
+        "yade", "Yade", "hertzchain.engines.yade", "Yade",
         "#E69F00", "+", program="yade", writes_decks=True,
     ),
 )  # fmt: skip

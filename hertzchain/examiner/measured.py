@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from hertzchain import theory
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.lammps.reading.contents import UNITS, FoundDeck, FoundWall, Units, scaled
+from hertzchain.engines.lammps.reading.deck import UNITS, FoundDeck, FoundWall, Units, scaled
 from hertzchain.engines.lammps.reading.probing import DAMPED, DEPTHS
 from hertzchain.engines.native.damped_verlet import states_of
 from hertzchain.engines.native.damped_verlet_kernel import Walk

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hertzchain.arrays import FloatArray, apart
-from hertzchain.engines.lammps.reading.contents import UNITS, FoundFix
+from hertzchain.engines.lammps.reading.deck import UNITS, FoundFix
 from hertzchain.engines.native.plan import METHODS
 from hertzchain.examiner.correct import wall_plane
 from hertzchain.examiner.examined import (

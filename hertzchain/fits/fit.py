@@ -34,9 +34,15 @@ from hertzchain.scene.terms import Uncertain
 from hertzchain.showing import ShowProgress, telling
 from hertzchain.sweeps.columns import unit_of
 from hertzchain.sweeps.design import sobol_points
-from hertzchain.verdict.results.reading import COLUMNS, read
-from hertzchain.verdict.traces.judging import aligned, expected_of
-from hertzchain.verdict.traces.traces import Traces, is_traces, names_in, read_records
+from hertzchain.verdict.results import COLUMNS, read
+from hertzchain.verdict.traces import (
+    Traces,
+    aligned,
+    expected_of,
+    is_traces,
+    names_in,
+    read_records,
+)
 
 MOST_MEAN_SQUARE = 1.35
 """Mean square of differences over the noise above which they are not noise: noise is known to 5 %

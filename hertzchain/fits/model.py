@@ -30,8 +30,13 @@ from hertzchain.sweeps.columns import (
     unit_of,
 )
 from hertzchain.sweeps.design import Axis, axis_of
-from hertzchain.verdict.traces.judging import FEWEST_SAMPLES, Expected, read_in
-from hertzchain.verdict.traces.traces import ENOUGH_QUIET_SAMPLES, Traces
+from hertzchain.verdict.traces import (
+    ENOUGH_QUIET_SAMPLES,
+    FEWEST_SAMPLES,
+    Expected,
+    Traces,
+    read_in,
+)
 
 _KEY = re.compile(r"[A-Za-z_]\w*(?:\.\w+)+")
 _VALUE = re.compile(_KEY.pattern + r"|(?<!\w)(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?(?!\w)|\bpi\b")

@@ -22,7 +22,7 @@ from hertzchain.engines.lammps.dialect import hertz as hertz_law
 from hertzchain.engines.native.backend import Native
 from hertzchain.engines.native.equations import hertz, net_force
 from hertzchain.errors import RunFailed, SceneError
-from hertzchain.known.deck import plain
+from hertzchain.known.answer import plain
 from hertzchain.limits import RTOL
 from hertzchain.observables.samples import DampedLaw
 from hertzchain.scene.scene import Scene, refuse_terms

@@ -31,12 +31,12 @@ from hertzchain.report.style import FORMULAS, GIVEN, LABELS
 from hertzchain.verdict.run_checks import FIRST_PULSES, PEAKS
 
 if TYPE_CHECKING:
-    from hertzchain.engines.lammps.reading.contents import Executed
+    from hertzchain.engines.lammps.reading.deck import Executed
     from hertzchain.examiner.examined import DeckCheck, DeckExamination
     from hertzchain.verdict.comparison import Comparison
     from hertzchain.verdict.judgement import Judgement
-    from hertzchain.verdict.traces.judging import TraceJudgement
-    from hertzchain.verdict.trains import TrainJudgement
+    from hertzchain.verdict.results import TrainJudgement
+    from hertzchain.verdict.traces import TraceJudgement
 
 
 def of_comparison(comparison: Comparison) -> Document:

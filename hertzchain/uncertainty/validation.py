@@ -15,7 +15,7 @@ from hertzchain.observables.result import context_of
 from hertzchain.scene.scene import SceneLike, to_scene
 from hertzchain.showing import ShownVerdict, ShowProgress
 from hertzchain.uncertainty.spread import REALISATIONS, Spread, name_of, spread
-from hertzchain.verdict.traces.judging import PEAK, WIDTH, Number, TraceJudgement, judge_traces
+from hertzchain.verdict.traces import PEAK, WIDTH, Number, TraceJudgement, judge_traces
 
 if TYPE_CHECKING:
     import pandas

@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from hertzchain.engines.lammps.backend import Lammps
-from hertzchain.engines.lammps.reading.contents import FoundDeck
+from hertzchain.engines.lammps.reading.deck import FoundDeck
 from hertzchain.errors import RunFailed
 from hertzchain.examiner.examined import DeckCheck
 from hertzchain.examiner.examining import case_of_generated

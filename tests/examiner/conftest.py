@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 import hertzchain as hc
-from hertzchain.engines.lammps.reading.contents import FoundDeck
+from hertzchain.engines.lammps.reading.deck import FoundDeck
 from tests.examiner.corpus import scene_of
 from tests.examiner.made import found
 

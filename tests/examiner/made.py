@@ -13,7 +13,7 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.lammps.reading.contents import (
+from hertzchain.engines.lammps.reading.deck import (
     Executed,
     FoundDeck,
     FoundFix,

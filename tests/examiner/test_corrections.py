@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import hertzchain as hc
-from hertzchain.engines.lammps.reading.contents import FoundDeck, FoundWall, Units
+from hertzchain.engines.lammps.reading.deck import FoundDeck, FoundWall, Units
 from hertzchain.engines.lammps.reading.probing import DAMPED, DEPTHS
 from hertzchain.examiner.examined import Case
 from hertzchain.examiner.examining import case_of

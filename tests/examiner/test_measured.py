@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import hertzchain as hc
-from hertzchain.engines.lammps.reading.contents import Executed, FoundDeck, FoundRun
+from hertzchain.engines.lammps.reading.deck import Executed, FoundDeck, FoundRun
 from hertzchain.engines.lammps.reading.probing import DAMPED, DEPTHS
 from hertzchain.examiner import examined as of_case
 from hertzchain.examiner import measured, probes

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import hertzchain as hc
-from hertzchain.engines.lammps.reading.contents import UNITS
+from hertzchain.engines.lammps.reading.deck import UNITS
 from hertzchain.examiner import correct
 from hertzchain.examiner.examined import Case
 from hertzchain.examiner.examining import case_of

@@ -19,8 +19,7 @@ from hertzchain.arrays import FloatArray
 from hertzchain.engines.native.damped_verlet import simulate_damped_verlet
 from hertzchain.errors import TooExpensive, Unpredictable
 from hertzchain.known import answer
-from hertzchain.known.answer import deck_step, known_answer, lay_out, looked_at
-from hertzchain.known.deck import KnownAnswer, deck
+from hertzchain.known.answer import KnownAnswer, deck, deck_step, known_answer, lay_out, looked_at
 from hertzchain.observables.peaks import largest_difference
 from tests.conftest import STEEL, paper_scene
 from tests.engines.native.test_terms import DIMER, PULSE, SCENES

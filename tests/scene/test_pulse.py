@@ -17,11 +17,10 @@ from scipy.integrate import quad
 
 import hertzchain as hc
 from hertzchain import theory
-from hertzchain.engines.lammps.deck import force_formula
-from hertzchain.engines.liggghts import deck as liggghts
+from hertzchain.engines import liggghts, yade
+from hertzchain.engines.lammps.dialect import force_formula
 from hertzchain.engines.native.plan import METHODS
 from hertzchain.engines.native.simulation import simulate
-from hertzchain.engines.yade import deck as yade
 from hertzchain.errors import RunFailed, SceneError, TooExpensive
 from hertzchain.scene.schedule import Leg, lay_steps
 from hertzchain.scene.shocks import (

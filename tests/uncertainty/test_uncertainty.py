@@ -18,7 +18,7 @@ from hertzchain.uncertainty import validation
 from hertzchain.uncertainty.shown import of_validation, print_spread
 from hertzchain.uncertainty.spread import Realisations, first_order
 from hertzchain.uncertainty.validation import compared_numbers
-from hertzchain.verdict.traces.judging import PEAK, Number
+from hertzchain.verdict.traces import PEAK, Number
 from tests.command_line import Command
 from tests.conftest import STEEL
 

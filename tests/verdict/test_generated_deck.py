@@ -12,7 +12,7 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.lammps.reading.contents import FoundDeck
+from hertzchain.engines.lammps.reading.deck import FoundDeck
 from hertzchain.engines.lammps.reading.reading import DEPTH
 from hertzchain.examiner.examined import EXAMINED
 from hertzchain.examiner.measured import applied_force

@@ -17,9 +17,8 @@ from numpy.typing import ArrayLike
 
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.external import step_error
-from hertzchain.engines.external.observation import Observation, Simulation, refuse_large
+from hertzchain.engines.external.observation import Granules, Observation, Simulation, refuse_large
 from hertzchain.engines.external.program import find_program, run_program, work_folder
-from hertzchain.engines.external.readings import Granules
 from hertzchain.engines.external.rescaling import predicted_loss, softening
 from hertzchain.errors import POSITIVE, Unpredictable, is_finite, is_positive, require
 from hertzchain.limits import RTOL, TIGHTEST, TIME_LIMIT, Deadline, check_time_limit

@@ -16,11 +16,10 @@ from pathlib import Path
 import numpy as np
 
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.external import readings
-from hertzchain.engines.external.observation import Observation
+from hertzchain.engines.external import observation
+from hertzchain.engines.external.observation import Observation, read_blocks, read_frames
 from hertzchain.engines.external.program import SAID, find_program, run_program, work_folder
-from hertzchain.engines.external.readings import read_blocks, read_frames
-from hertzchain.engines.lammps import deck, dialect, engine
+from hertzchain.engines.lammps import dialect, engine
 from hertzchain.engines.lammps import engine as state
 from hertzchain.engines.lammps.isolation import Child
 from hertzchain.errors import BackendMissing, RunFailed, StepUnstable, TooExpensive
@@ -207,10 +206,10 @@ class Binary:
     ) -> str:
         """Run the deck of a scene, which dumps its state at the given interval of steps."""
         with work_folder("LAMMPS") as folder:
-            _refuse_dumps(readings.count_readings(legs, strides), scene.bodies, folder)
+            _refuse_dumps(observation.count_readings(legs, strides), scene.bodies, folder)
             rest = dialect.write_dump(_REST, ("x", "mass", "radius"))
             columns = _COLUMNS if scene.wall is None else (*_COLUMNS, dialect.WALL_FORCE)
-            start = deck.set_up(scene, self.pair_style, self.program.build.version)
+            start = dialect.set_up(scene, self.pair_style, self.program.build.version)
             lines = [start + state.COMMANDS, rest]
             for k, (before, leg, stride) in enumerate(
                 zip((None, *legs[:-1]), legs, strides, strict=True)
@@ -218,7 +217,7 @@ class Binary:
                 lines += _leg(scene, k, before, leg, stride, columns)
             self.program.run("\n".join(lines), folder, self.deadline)
             held = _snapshot(folder / _REST, ("x", "mass", "radius"))
-            seen.begin(readings.Granules(held["x"], held["mass"], 2 * held["radius"]))
+            seen.begin(observation.Granules(held["x"], held["mass"], 2 * held["radius"]))
             for k, (leg, stride) in enumerate(zip(legs, strides, strict=True)):
                 dump = folder / f"{k}.dump"
                 for reached, arrays in _read(dump, leg, stride, self.deadline, columns):
@@ -234,16 +233,16 @@ def _leg(
     """Return the commands of a leg, cut as for the module, so that times are the same sums."""
     write = dialect.write_dump(f"{number}.dump", columns, append=True)
     go = f'{dialect.go_on(leg.steps)} every {stride} "{write}"'
-    return [*deck.leg_commands(scene, leg, before), dialect.NO_STEP, write, go]
+    return [*dialect.leg_commands(scene, leg, before), dialect.NO_STEP, write, go]
 
 
 def _read(
     path: Path, leg: Leg, stride: int, deadline: Deadline, columns: tuple[str, ...]
 ) -> Iterator[tuple[FloatArray, FloatArray]]:
     """Yield times and arrays of readings dumped on a leg, in blocks that share one reading."""
-    steps, times = np.array(readings.stops(leg, stride)), readings.reading_times(leg, stride)
+    steps, times = np.array(observation.stops(leg, stride)), observation.reading_times(leg, stride)
     first, at, last = None, 0, None
-    for step, values in read_blocks(path, columns, readings.BLOCK):
+    for step, values in read_blocks(path, columns, observation.BLOCK):
         if deadline.left < 0:
             raise deadline.passed()
         first = step[0] if first is None else first

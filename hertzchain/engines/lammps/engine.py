@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.external.readings import Granules
+from hertzchain.engines.external.observation import Granules
 from hertzchain.engines.lammps import dialect
 from hertzchain.engines.lammps.dialect import NO_STEP, WALL
 from hertzchain.errors import BackendMissing, RunFailed, StepUnstable

@@ -17,11 +17,10 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.external.observation import Observation
-from hertzchain.engines.external.readings import Granules, stops
+from hertzchain.engines import liggghts
+from hertzchain.engines.external.observation import Granules, Observation, stops
 from hertzchain.engines.external.rescaling import NONE
-from hertzchain.engines.liggghts import deck as liggghts_deck
-from hertzchain.engines.yade.backend import read_array
+from hertzchain.engines.yade import read_array
 from hertzchain.errors import BackendMissing, RunFailed, StepUnstable, TooExpensive, Unpredictable
 from hertzchain.known import answer
 from hertzchain.observables.peaks import largest_difference
@@ -92,8 +91,8 @@ def test_a_program_that_leaves_nothing(engine: Engine, tmp_path: Path) -> None:
 def test_the_force_of_liggghts_counts_steps() -> None:
     rise = Leg(0.0, 2.0, 4, Ramp(0.0, 2.0, 0.0, 5.0, "linear"))
     cut = Leg(1.0, 2.0, 4, Ramp(1.0, 5.0, 5.0, 1.0, "cosine"))  # the run ends within the ramp
-    assert liggghts_deck.force_formula(rise) == "0.0+5.0*elapsed*0.25"
-    assert liggghts_deck.force_formula(cut) == "5.0-4.0*sin(PI/2*elapsed*0.0625)^2"
+    assert liggghts.force_formula(rise) == "0.0+5.0*elapsed*0.25"
+    assert liggghts.force_formula(cut) == "5.0-4.0*sin(PI/2*elapsed*0.0625)^2"
 
 
 def test_a_leg_is_read_at_both_ends() -> None:

@@ -10,11 +10,9 @@ import numpy as np
 import pytest
 
 import hertzchain as hc
+from hertzchain.engines import liggghts, yade
 from hertzchain.engines.external.engine import ProgramEngine
-from hertzchain.engines.lammps import deck as lammps_deck
-from hertzchain.engines.liggghts import deck
-from hertzchain.engines.liggghts import deck as liggghts_deck
-from hertzchain.engines.yade import deck as yade_deck
+from hertzchain.engines.lammps import dialect
 from hertzchain.errors import HertzchainError, RunFailed
 from hertzchain.observables.peaks import largest_difference
 from hertzchain.verdict.run_checks import balance_checks, same_steps_checks
@@ -69,9 +67,9 @@ def test_decks_have_no_mass_no_stiffness_and_no_damping_computed_here(name: str)
     scene = WRITTEN[name]
     legs, each = scene.schedule(0.1 * scene.contact_time), scene.granules
     strides = [1] * len(legs)
-    decks = [liggghts_deck.watched(scene, legs, strides), lammps_deck.set_up(scene)]
+    decks = [liggghts.watched(scene, legs, strides), dialect.set_up(scene)]
     if name != "viscoelastic":  # which Yade does not have
-        decks.append(yade_deck.watched(scene, legs, strides))
+        decks.append(yade.watched(scene, legs, strides))
     computed = [each.stiffness, each.mass, *([] if each.damping is None else [each.damping])]
     for text in decks:
         assert scene.is_plain or all(repr(x) in text for x in each.position.tolist())
@@ -108,14 +106,14 @@ def test_a_poisson_ratio_that_liggghts_does_not_know() -> None:
 def test_decks_that_would_be_too_long() -> None:
     unlike = {**STEEL, "young_modulus": np.linspace(193e9, 194e9, 101)}
     with pytest.raises(RunFailed, match="of 101 materials, a LIGGGHTS deck has at most 100"):
-        liggghts_deck.set_up(hc.Scene(hc.Chain(101, **unlike), hc.Striker(1.0)))
+        liggghts.set_up(hc.Scene(hc.Chain(101, **unlike), hc.Striker(1.0)))
     long = hc.Scene(hc.Chain(100_001, **STEEL), hc.Striker(1.0))
     with pytest.raises(RunFailed, match="LAMMPS deck of 100001 granules would be too"):
-        lammps_deck.set_up(long)
+        dialect.set_up(long)
     with pytest.raises(RunFailed, match="LIGGGHTS deck of 100001 granules would be too"):
-        liggghts_deck.set_up(long)
+        liggghts.set_up(long)
     with pytest.raises(RunFailed, match="Yade with 100001 granules would be too long"):
-        yade_deck.watched(long, [], [])
+        yade.watched(long, [], [])
 
 
 EACH = [
@@ -172,7 +170,7 @@ def test_laws_that_an_engine_does_not_have() -> None:
 def test_the_damping_of_a_viscoelastic_deck() -> None:
     """3/2 A k over the contact mass, from the material; k = 4/3 E* without the radius."""
     scene = hc.Scene(hc.Chain(3, **STEEL), hc.Striker(1.0), contact=VISCOELASTIC)
-    text = deck.set_up(scene).replace("&\n", "")
+    text = liggghts.set_up(scene).replace("&\n", "")
     modulus = STEEL["young_modulus"] / (2 * (1 - STEEL["poisson_ratio"] ** 2))
     mass = STEEL["density"] * 4 / 3 * math.pi * STEEL["radius"] ** 3 / 2
     expected = 1.5e-6 * 4 / 3 * modulus / mass
@@ -188,12 +186,12 @@ def taper(granules: int) -> hc.Scene:
 
 def test_types_of_viscoelastic_contacts() -> None:
     """A number for each pair of materials and masses, of which a deck can have so many."""
-    types, kinds = deck.types_of(replace(taper(100), wall=hc.Wall("same")))
+    types, kinds = liggghts.types_of(replace(taper(100), wall=hc.Wall("same")))
     assert kinds == list(range(1, 101))
     assert len(types) == 101
     with pytest.raises(RunFailed, match="101 pairs of material and mass are too many"):
-        deck.types_of(taper(101))
-    alike, kinds = deck.types_of(replace(taper(101), contact=RESTITUTION))
+        liggghts.types_of(taper(101))
+    alike, kinds = liggghts.types_of(replace(taper(101), contact=RESTITUTION))
     assert len(alike) == 1
     assert set(kinds) == {1}
 

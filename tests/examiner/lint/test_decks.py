@@ -10,9 +10,8 @@ import pytest
 import hertzchain as hc
 from hertzchain.engines.lammps.dialect import NO_FRICTION, PAIR_STYLES
 from hertzchain.engines.lammps.reading import reading
-from hertzchain.examiner.lint.deck import Finding
-from hertzchain.examiner.lint.rules import lint_file
-from hertzchain.known.deck import KnownAnswer, Layout, deck
+from hertzchain.examiner.lint import Finding, lint_file
+from hertzchain.known.answer import KnownAnswer, Layout, deck
 from tests import scenes
 from tests.command_line import Command
 from tests.examiner.lint.test_lint import CLEAN, HEAP, ROOM, TRAPS, lint, planted

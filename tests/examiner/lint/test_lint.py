@@ -18,9 +18,8 @@ from hypothesis import strategies as st
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps.engine import command, engine
 from hertzchain.errors import HertzchainError, TooExpensive
-from hertzchain.examiner.lint import rules as traps
-from hertzchain.examiner.lint.deck import Finding, script_of
-from hertzchain.examiner.lint.rules import RULES, findings, lint_file
+from hertzchain.examiner.lint import RULES, Finding, findings, lint_file, script_of
+from hertzchain.examiner.lint import TRAPS as COMMAND_TRAPS
 from tests.command_line import Command
 from tests.effort import effort
 
@@ -68,7 +67,7 @@ def bad(findings: list[Finding]) -> list[Finding]:
     return [finding for finding in findings if finding.severity != "note"]
 
 
-NAMES = {*RULES, *(trap.rule for trap in traps.TRAPS)}
+NAMES = {*RULES, *(trap.rule for trap in COMMAND_TRAPS)}
 
 FIRST = {trap.rule: name for name, trap in reversed(TRAPS.items())}
 """A trap of each rule: those that the default suite looks for."""

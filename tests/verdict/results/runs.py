@@ -9,7 +9,7 @@ import numpy as np
 
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
-from hertzchain.verdict.results.motion import Motion
+from hertzchain.verdict.results import Motion
 from tests.conftest import STEEL
 
 N = 12

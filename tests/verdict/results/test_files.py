@@ -15,9 +15,8 @@ import hertzchain as hc
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps.engine import engine
 from hertzchain.errors import SceneError
-from hertzchain.verdict.results import reading
-from hertzchain.verdict.results.motion import pushed_at_the_end
-from hertzchain.verdict.results.reading import read
+from hertzchain.verdict import results
+from hertzchain.verdict.results import pushed_at_the_end, read
 from tests.command_line import Command
 from tests.verdict.results.runs import DT, SCENE, N, Samples, deck, dump_of, off
 
@@ -108,13 +107,13 @@ def test_files_that_are_not_one_dump(
     bomb.write_bytes(gzip.compress(bytes(10**6)))
     with pytest.raises(SceneError, match=r"has 1 samples of the run, .*: name all files of a dump"):
         read(SCENE, [frame], "si", None)
-    monkeypatch.setattr(reading, "LARGEST_FILES_BYTES", 10)
+    monkeypatch.setattr(results, "LARGEST_FILES_BYTES", 10)
     with pytest.raises(SceneError, match="larger than"):
         read(SCENE, [table], "si", None)
-    monkeypatch.setattr(reading, "LARGEST_FILES_BYTES", 10**5)
+    monkeypatch.setattr(results, "LARGEST_FILES_BYTES", 10**5)
     with pytest.raises(SceneError, match="when unpacked"):
         read(SCENE, [bomb], "si", None)
-    monkeypatch.setattr(reading, "LARGEST_FILES_BYTES", int(1.5 * frame.stat().st_size))
+    monkeypatch.setattr(results, "LARGEST_FILES_BYTES", int(1.5 * frame.stat().st_size))
     with pytest.raises(SceneError, match="has 1 samples"):
         read(SCENE, [frame], "si", None)
     with pytest.raises(SceneError, match="cannot be read"):  # of both together

@@ -12,7 +12,7 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.errors import SceneError
-from hertzchain.verdict.results.reading import read
+from hertzchain.verdict.results import read
 from tests.effort import effort
 from tests.verdict.results.runs import HEAD, SCENE, N
 

@@ -10,7 +10,7 @@ import pytest
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
 from hertzchain.errors import SceneError
-from hertzchain.verdict.results.motion import Motion, last_digit, peaks_of
+from hertzchain.verdict.results import Motion, last_digit, peaks_of
 from tests import scenes
 from tests.conftest import STEEL
 from tests.verdict.results.runs import SCENE, TERMS, Samples, motion, off, sampled

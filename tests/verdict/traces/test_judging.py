@@ -14,8 +14,7 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.errors import HertzchainError
-from hertzchain.verdict.traces.judging import matched
-from hertzchain.verdict.traces.traces import is_traces
+from hertzchain.verdict.traces import is_traces, matched
 from tests.command_line import Command
 from tests.conftest import STEEL
 

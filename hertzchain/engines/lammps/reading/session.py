@@ -24,11 +24,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
+from hertzchain.engines.external.observation import read_blocks, read_frames
 from hertzchain.engines.external.program import END_GROUP, if_killed, kill, start
-from hertzchain.engines.external.readings import read_blocks, read_frames
 from hertzchain.engines.lammps import dialect
 from hertzchain.engines.lammps.engine import forget_shared_memory, one_command, version_of
-from hertzchain.engines.lammps.reading.text import MOVES, QUIET, after_quotes, closed, command_of
+from hertzchain.engines.lammps.reading.deck import MOVES, QUIET, after_quotes, closed, command_of
 from hertzchain.errors import BackendMissing, HertzchainError, RunFailed
 
 BLOCK = 256  # readings passed on together

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import hertzchain as hc
-from hertzchain.engines.lammps.reading.contents import FoundDeck
+from hertzchain.engines.lammps.reading.deck import FoundDeck
 from hertzchain.engines.lammps.reading.reading import Reader
 from hertzchain.limits import TIME_LIMIT, Deadline
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from hertzchain.engines.lammps.engine import engine
-from hertzchain.engines.lammps.reading.interpreter import Interpreter
+from hertzchain.engines.lammps.reading.reading import Interpreter
 from hertzchain.engines.lammps.reading.session import Module, Session
 from hertzchain.engines.lammps.reading.watching import Playing
 from hertzchain.errors import RunFailed
@@ -140,7 +140,7 @@ def test_where_each_command_stands(tmp_path: Path) -> None:
 def test_what_cannot_be_carried_out_is_one_sentence(
     text: str, place: int, words: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("hertzchain.engines.lammps.reading.interpreter._MOST_COMMANDS", 500)
+    monkeypatch.setattr("hertzchain.engines.lammps.reading.reading._MOST_COMMANDS", 500)
     deck = tmp_path / "in.mine"
     deck.write_text(text)
     with engine() as lammps, pytest.raises(RunFailed) as caught:

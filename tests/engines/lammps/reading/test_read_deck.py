@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 import hertzchain as hc
-from hertzchain.engines.lammps.reading import reading as assembling
-from hertzchain.engines.lammps.reading.contents import FoundDeck
+from hertzchain.engines.lammps.reading import reading
+from hertzchain.engines.lammps.reading.deck import FoundDeck
 from tests.engines.lammps.reading.chains import BESIDE_PYTHON, SCENE, STEP, Deck, read_deck
 from tests.engines.lammps.test_bounds import whole_deck
 
@@ -288,4 +288,4 @@ def test_the_gap_between_the_ends_through_a_boundary(periodic: bool, gap: float 
     granules = SimpleNamespace(periodic=[periodic, True], low=box[0], high=box[1], position=place,
                                radius=np.array([0.1, 0.3, 0.2]))  # fmt: skip
     probes = cast(Any, SimpleNamespace(granules=granules))
-    assert assembling._image_gap(probes) == (gap and pytest.approx(gap))
+    assert reading._image_gap(probes) == (gap and pytest.approx(gap))

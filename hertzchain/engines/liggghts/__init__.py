@@ -1,1 +1,0 @@
-"""LIGGGHTS, a further oracle: a deck of the same scene, run by its program."""

@@ -1,0 +1,828 @@
+"""Peaks and pulses computed elsewhere: read from tables and dumps, and judged."""
+
+from __future__ import annotations
+
+import errno
+import gzip
+import io
+import itertools
+import math
+import os
+import warnings
+import zlib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from hertzchain.arrays import FloatArray
+from hertzchain.engines.lammps.reading.deck import UNITS, Units
+from hertzchain.engines.native.backend import Native
+from hertzchain.errors import POSITIVE, SceneError, is_positive, require
+from hertzchain.files import read_bytes, text_in
+from hertzchain.limits import TIME_LIMIT, TOLERANCE
+from hertzchain.observables.peaks import judged_contacts
+from hertzchain.observables.result import Result, context_of
+from hertzchain.observables.trains import COLUMNS as TRAIN_COLUMNS
+from hertzchain.observables.trains import Train
+from hertzchain.scene.scene import Scene, SceneLike, to_scene
+from hertzchain.scene.terms import Gauge
+from hertzchain.showing import ShownVerdict, ShowProgress, telling
+from hertzchain.verdict.check import Check, Kind, unmeasured, within
+from hertzchain.verdict.judgement import Judgement, judged
+
+if TYPE_CHECKING:
+    import pandas
+
+
+_MOST_COUNTED_NUMBERS = 2000  # numbers of a file whose digits are counted (chosen)
+_FEWEST_SAMPLES = 7  # samples: a curve of sixth degree goes through so many
+_SIXTH_DEGREE_FACTOR = 4.0
+"""Factor on the difference of curves of sixth and fourth degree: the error of the former is at most
+3.2 times this difference for samples up to 0.8 natural time units apart, 0.1 times at 0.2
+(measured, see there). In random scenes with samples 0.02 to 1 unit apart, 45 of 9,932 peaks were
+off by more than this bound, nearly all with more than 0.6 between samples."""
+_COARSE_DIFFERENCE, _COARSE_FACTOR = 0.02, 10.0
+"""Difference of curves of fourth and second degree from which on samples are too far apart for
+this; and the largest error then, in such differences (measured, up to 1.2 units apart)."""
+_REPEATED_FORCE_RATIO = 0.05
+"""Largest difference of two samples of the same time, over the largest force: dampers act
+with velocities half a step apart in them. On granule 1 a force may begin between them."""
+_MOST_CRESTS = 8  # humps that are examined for each contact (chosen)
+_ROUNDED_DIGITS = 2.0  # last digits that rounded forces cost a peak at most: sums of a few (chosen)
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """Net forces on the granules of a run, from the pushed end on."""
+
+    time: FloatArray  # increasing, shape (samples,): [s], or steps
+    is_clock: bool  # whether times are seconds
+    net_force: FloatArray  # along the chain [N], shape (samples, granules)
+    grain: float = 0.0  # the last digit of forces [N]
+
+
+def last_digit(values: FloatArray) -> float:
+    """Return the unit of the last digit that the largest of some numbers have; 0 for 15 digits.
+
+    The numbers have equally many significant digits, or decimals.
+    """
+    some = np.abs(values[values != 0])
+    if not some.size:
+        return 0.0
+    words = [f"{value:.14e}" for value in some[:: max(1, some.size // _MOST_COUNTED_NUMBERS)]]
+    digits = max(len(word.partition("e")[0].rstrip("0").replace(".", "")) for word in words)
+    exponent = math.floor(math.log10(float(np.max(some))))
+    return 0.0 if digits >= 15 else float(10.0 ** (exponent - digits + 1))
+
+
+@dataclass(frozen=True, eq=False)
+class Sampled:
+    """Given peaks, with errors by sampling.
+
+    ``error`` is the relative error of each by the interval of the samples and the digits of forces;
+    0 for peaks that are given as such.
+    """
+
+    peak_force: FloatArray  # of all contacts [N], shape (contacts,), NaN where there is none
+    error: FloatArray  # shape (contacts,)
+    how: str = ""  # how they were found; empty for peaks that are given as such
+
+
+def peaks_of(scene: Scene, motion: Motion, file: object) -> Sampled:
+    """Return the peaks of a run; a SceneError says why there are none."""
+    if scene.near_wall is not None:
+        allowed = "has no force of a near wall: give peaks with the numbers of contacts instead"
+        raise SceneError("", None, allowed, file=str(file))
+    # A code writes a sample twice, at the end of a run and at the start of the next.
+    once = np.append(True, np.diff(motion.time) != 0)
+    time = motion.time[once]
+    repeated = np.abs(np.diff(motion.net_force[:, 1:], axis=0))[~once[1:]]
+    if np.max(repeated, initial=0.0) > _REPEATED_FORCE_RATIO * np.max(np.abs(motion.net_force)):
+        allowed = "has two different samples of one time: give the samples of one run"
+        raise SceneError("", None, allowed, file=str(file))
+    if time.size < _FEWEST_SAMPLES:
+        allowed = (
+            f"has {time.size} samples of the run, must have at least {_FEWEST_SAMPLES}: name all"
+            " files of a dump that has one for each frame"
+        )
+        raise SceneError("", None, allowed, file=str(file))
+    if not np.all(np.diff(time) > 0):
+        allowed = "has times that do not increase: give the samples of one run"
+        raise SceneError("", None, allowed, file=str(file))
+    forces = _contact_forces(scene, time, motion, motion.net_force[once], file)
+    peaks, error = _through_samples(time, forces)
+    error = error + _ROUNDED_DIGITS * motion.grain / np.where(peaks > 0, peaks, np.inf)
+    largest = float(np.max(error[judged_contacts(peaks)], initial=0.0))
+    apart = f"{np.median(np.diff(time)):.3g} {'s' if motion.is_clock else 'steps'}"
+    how = (
+        f"peaks are from net forces in a dump, {time.size} samples {apart} apart; they may be off"
+        f" by up to {largest:.1e} for that"
+    )
+    # The force on a wall is in no dump of granules.
+    unknown = np.full(len(scene.contacts) - peaks.size, np.nan)
+    return Sampled(np.append(peaks, unknown), np.append(error, np.zeros_like(unknown)), how)
+
+
+def _contact_forces(
+    scene: Scene, time: FloatArray, motion: Motion, net_force: FloatArray, file: object
+) -> FloatArray:
+    """Return the force in each contact between granules [N], (samples, contacts)."""
+    from_contacts = net_force - scene.granules.constant_force
+    if scene.wall is None:
+        return np.ascontiguousarray(np.cumsum(from_contacts[:, :0:-1], axis=1)[:, ::-1])
+    if scene.piston is not None:
+        allowed = "has net forces, which do not tell contact forces between a piston and a wall"
+        raise SceneError("", None, allowed, file=str(file))
+    applied = np.zeros(time.size)
+    if scene.ramps:
+        if not motion.is_clock:
+            raise SceneError("", None, "has steps and no times: give --dt", file=str(file))
+        applied = scene.applied_force(time)
+    return applied[:, np.newaxis] - np.cumsum(from_contacts[:, :-1], axis=1)
+
+
+def _through_samples(time: FloatArray, force: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return peaks and their errors, by a curve of sixth degree around the highest sample.
+
+    It goes through seven forces to the power 2/3, as overlaps are smooth where contacts open. Its
+    error follows from its difference from curves through five and three of them. Samples of other
+    humps are examined, too, if their maximum may be as high.
+    """
+    smooth = np.cbrt(np.maximum(force, 0.0)) ** 2
+    contacts = force.shape[1]
+    peaks, error = np.zeros(contacts), np.zeros(contacts)
+    for contact in range(contacts):
+        values = smooth[:, contact]
+        if not np.any(values > 0):
+            continue
+        maxima = [_maximum(time, values, at) for at in _crests(values)]
+        highest = max(value for value, _ in maxima)
+        off = max(value + error for value, error in maxima) - highest
+        peaks[contact], error[contact] = highest**1.5, 1.5 * off / highest
+    counts = judged_contacts(peaks)
+    usual = float(np.median(error[counts])) if counts.any() else 0.0
+    return peaks, np.maximum(error, usual)  # one may be small by chance
+
+
+def _crests(values: FloatArray) -> NDArray[np.intp]:
+    """Return samples near which the maximum may be: the highest, and those of other humps."""
+    from scipy.signal import find_peaks
+
+    humps = find_peaks(values)[0]
+    return np.union1d(humps[np.argsort(values[humps])[-_MOST_CRESTS:]], np.argmax(values))
+
+
+def _maximum(time: FloatArray, values: FloatArray, at: int) -> tuple[float, float]:
+    """Return the maximum of a curve near a sample, and its error."""
+    sixth, fourth, second = (_highest(time, values, at, beside) for beside in (3, 2, 1))
+    off = _SIXTH_DEGREE_FACTOR * abs(sixth - fourth)
+    if abs(fourth - second) > _COARSE_DIFFERENCE * fourth:
+        off = max(off, _COARSE_FACTOR * abs(fourth - second))
+    if at in (0, time.size - 1):  # cut off: how much higher the force went is not known
+        off = max(off, abs(values[at] - values[min(max(at, 1), time.size - 2)]))
+    return sixth, off
+
+
+def _highest(time: FloatArray, values: FloatArray, at: int, beside: int) -> float:
+    """The maximum of a polynomial through samples around one, near it, and at least its value."""
+    first = min(max(at - beside, 0), time.size - 2 * beside - 1)
+    window = slice(first, first + 2 * beside + 1)
+    scale = float(time[window.stop - 1] - time[window.start]) / (2 * beside)
+    s = (time[window] - time[at]) / scale
+    curve = np.polynomial.polynomial.Polynomial.fit(s, values[window], 2 * beside, domain=[-1, 1])
+    near = np.clip(curve.deriv().roots().real, max(s[0], -1.0), min(s[-1], 1.0))
+    return float(max([values[at], *curve(near)]))
+
+
+_PLACES, _FORCES = (("x", "y", "z"), ("xu", "yu", "zu")), (("fx", "fy", "fz"),)
+_MOST_WIDTH_RATIO = 1e-3  # of places across a chain over its length (chosen)
+_PUSH_FORCE_RATIO = 0.05  # of the largest force, from which an end of the chain is pushed (chosen)
+
+
+def is_dump(text: str) -> bool:
+    """Return whether the text of a file is that of a dump of LAMMPS."""
+    return text[:1000].lstrip()[:5] == "ITEM:"
+
+
+@dataclass(frozen=True, eq=False)
+class _Frame:
+    """Places and forces of the granules, by id, as written, shape (granules, 3)."""
+
+    step: float
+    time: float | None
+    place: FloatArray
+    force: FloatArray
+
+
+def motion_of(
+    texts: Sequence[str], granules: int, units: Units, dt: float | None, file: str
+) -> Motion:
+    """Return the net forces in the frames of one dump, from the pushed end of the chain on.
+
+    It may lie along any axis, be pushed at either end, and have its frames in many texts. A
+    SceneError says what cannot be used.
+    """
+    frames = sorted(
+        (frame for text in texts for frame in _frames_of(text, granules, file)),
+        key=lambda frame: frame.step,
+    )
+    place, force = (np.array([getattr(f, name) for f in frames]) for name in ("place", "force"))
+    axis = _axis(place[0] * units.length, file)
+    order = np.argsort(place[0, :, axis], kind="stable")
+    net = np.ascontiguousarray(force[:, order, axis])
+    if pushed_at_the_end(net):
+        net = -net[:, ::-1]
+    time, is_clock = np.array([frame.step for frame in frames]), dt is not None
+    if all(frame.time is not None for frame in frames):
+        time, is_clock = np.array([frame.time for frame in frames]) * units.time, True
+    elif dt is not None:
+        time = time * dt
+    return Motion(time, is_clock, net * units.force, last_digit(net) * units.force)
+
+
+def _frames_of(text: str, granules: int, file: str) -> list[_Frame]:
+    frames: list[_Frame] = []
+    items: dict[str, tuple[list[str], list[str]]] = {}
+    for item in text.split("ITEM:")[1:]:
+        head, *lines = item.splitlines() or [""]
+        kind, *words = head.split() or [""]
+        items[kind] = words, [line for line in lines if line.strip()]
+        if kind in ("ATOMS", "ENTRIES"):
+            frames.append(_frame(items, granules, f"{file}, frame {len(frames) + 1}"))
+            items = {}
+    if items:
+        raise _cut_off(f"{file}, frame {len(frames) + 1}")
+    return frames
+
+
+def _cut_off(where: str) -> SceneError:
+    allowed = "ends in the middle, or has other rows there: is the file cut off?"
+    return SceneError("", None, allowed, file=where)
+
+
+def _frame(items: dict[str, tuple[list[str], list[str]]], granules: int, where: str) -> _Frame:
+    """Return a frame of its items, each with the words after its name and the lines below."""
+    names, lines = items.get("ATOMS", ([], []))
+    columns = [
+        next((three for three in vectors if set(three) & set(names)), ())
+        for vectors in (_PLACES, _FORCES)
+    ]
+    if "id" not in names or not all(columns):
+        allowed = "must have the columns id, x (or xu), fx of granules, or those of y or z"
+        raise SceneError("", None, allowed, file=where)
+    rows = [line.split() for line in lines]
+    step, time, count = (
+        _number(items[name][1][:1]) if name in items else None
+        for name in ("TIMESTEP", "TIME", "NUMBER")
+    )
+    is_whole = len(rows) == count and all(len(row) == len(names) for row in rows)
+    if not is_whole or step is None or not math.isfinite(step + (time or 0.0)):
+        raise _cut_off(where)
+    if len(rows) != granules:
+        allowed = (
+            f"has {len(rows)} granules, the scene {granules}: dump those of the chain alone, all of"
+            " them"
+        )
+        raise SceneError("", None, allowed, file=where)
+
+    def numbers(*wanted: str) -> FloatArray:
+        columns = [
+            [_number([row[names.index(name)]]) if name in names else 0.0 for name in wanted]
+            for row in rows
+        ]
+        values = np.array(columns)
+        if not np.all(np.isfinite(values)):
+            allowed = f"must have finite numbers in the columns {', '.join(wanted)}"
+            raise SceneError("", None, allowed, file=where)
+        return values
+
+    order = np.argsort(numbers("id")[:, 0])
+    place, force = (numbers(*three)[order] for three in columns)
+    return _Frame(step, time, place, force)
+
+
+def _number(words: Sequence[str]) -> float:
+    """Return the only word as a number; NaN if it is not one."""
+    try:
+        return float(words[0]) if "_" not in words[0] else math.nan
+    except (ValueError, IndexError):
+        return math.nan
+
+
+def _axis(place: FloatArray, file: str) -> int:
+    """Return the axis that granules lie along."""
+    extent = np.ptp(place, axis=0)
+    across, along = np.sort(extent)[1:]
+    if across > _MOST_WIDTH_RATIO * along:
+        allowed = (
+            f"has granules that are not in a row along x, y or z: they differ by {across:.3g} m"
+            " across it"
+        )
+        raise SceneError("", None, allowed, file=file)
+    return int(np.argmax(extent))
+
+
+def pushed_at_the_end(force: FloatArray) -> bool:
+    """Return whether the last granule feels a force before the first, (samples, granules)."""
+    counts = np.abs(force) > _PUSH_FORCE_RATIO * np.max(np.abs(force))
+    first, last = (np.flatnonzero(counts[:, k]) for k in (0, -1))
+    return bool(last.size and (not first.size or last[0] < first[0]))
+
+
+LARGEST_FILES_BYTES = 300_000_000  # of all files: a minute to read (chosen)
+
+COLUMNS = ("contact", "peak_force_N")
+"""Columns of a table of peaks."""
+
+_MOST_CELL_CHARS = 40  # characters of a cell or a name in a message (chosen)
+
+
+def read(scene: Scene, results: Any, units: str, dt: float | None) -> Sampled:
+    """Return the peaks of files, of a table, or as they are; see ``hertzchain.judge``.
+
+    A SceneError says what cannot be used, and why.
+    """
+    require(units in UNITS, "units", units, f"must be one of {', '.join(UNITS)}")
+    if isinstance(results, str | os.PathLike):
+        results = [results]
+    is_list = isinstance(results, Sequence) and len(results) > 0
+    if is_list and all(isinstance(path, str | os.PathLike) for path in results):
+        return _of_files(scene, [Path(path) for path in results], units, dt)
+    require(units == "si", "units", units, "is for dumps: leave it out, and give forces in N")
+    if hasattr(results, "select_dtypes"):
+        return _of_table(scene, results, "the table")
+    peaks = of_mapping(results, scene) if isinstance(results, Mapping) else results
+    return Sampled(peaks, np.zeros(0))
+
+
+def _of_files(scene: Scene, paths: Sequence[Path], units: str, dt: float | None) -> Sampled:
+    file = " ... ".join(dict.fromkeys((str(paths[0]), str(paths[-1]))))
+    texts: list[str] = []
+    left = LARGEST_FILES_BYTES
+    for path in paths:
+        content = _content_of(path, left)
+        left -= len(content)
+        text = None if content.startswith(b"PK\x03\x04") else text_in(content)
+        if text is None:
+            allowed = "is not a text file: a spreadsheet is saved as CSV first"
+            raise SceneError("", None, allowed, file=path)
+        if not is_dump(text) and len(paths) > 1:
+            allowed = "is no dump of LAMMPS: several files must be the frames of one dump"
+            raise SceneError("", None, allowed, file=path)
+        texts.append(text)
+    if is_dump(texts[0]):
+        motion = motion_of(texts, scene.chain.granules, UNITS[units], dt, file)
+        return peaks_of(scene, motion, file)
+    begins = (line.split() for line in texts[0].splitlines() if line.strip()[:1] not in ("", "#"))
+    if next(begins, [""])[0] in _OF_DECKS:
+        allowed = "is a LAMMPS input: run it and judge its peaks, or try hertzchain examine"
+        raise SceneError("", None, allowed, file=file)
+    allowed = f"is for dumps: {COLUMNS[1]} of a table is in N"
+    require(units == "si", "units", units, allowed)
+    return _of_table(scene, _table_in(texts[0], file), file)
+
+
+_OF_DECKS = ("units", "atom_style", "boundary", "newton", "dimension", "variable", "clear")
+"""Commands with which LAMMPS inputs begin."""
+
+
+def _content_of(path: Path, most: int) -> bytes:
+    """Return the bytes of a file, unpacked; a SceneError says why there are none."""
+    try:
+        content = read_bytes(path, most)
+        if content.startswith(b"\x1f\x8b"):
+            with gzip.open(io.BytesIO(content)) as unpacked:
+                content = unpacked.read(most + 1)
+            if len(content) > most:
+                raise OSError(errno.EFBIG, f"larger than {most / 1e6:g} MB when unpacked")  # noqa: TRY301
+    except (gzip.BadGzipFile, EOFError, zlib.error):
+        reason = "its compression is damaged"
+    except (OSError, ValueError) as problem:
+        reason = getattr(problem, "strerror", None) or "no name of a file"
+    else:
+        return content
+    allowed = f"cannot be read ({reason}), must be a CSV file or a dump"
+    raise SceneError("", None, allowed, file=path) from None
+
+
+def table_of(path: Path) -> pandas.DataFrame:
+    """Return the words of a CSV file, which may be gzipped; SceneError for any other."""
+    text = text_in(_content_of(path, LARGEST_FILES_BYTES))
+    if text is None:
+        allowed = "is not a text file: a spreadsheet is saved as CSV first"
+        raise SceneError("", None, allowed, file=path)
+    return _table_in(text, str(path))
+
+
+def _table_in(text: str, file: str) -> pandas.DataFrame:
+    """Return the words of a CSV file, whose header may be a comment; decimal commas as points."""
+    import pandas
+
+    above = itertools.takewhile(_is_above_the_header, text.splitlines(keepends=True))
+    text = text[sum(map(len, above)) :].removeprefix("#").lstrip(" ")
+    head = text.partition("\n")[0]
+    separator = next((sign for sign in ";\t," if sign in head), r"\s+")
+    try:
+        with warnings.catch_warnings():  # of rows that are longer than the header
+            warnings.simplefilter("error", pandas.errors.ParserWarning)
+            table = pandas.read_csv(
+                io.StringIO(text), sep=separator, dtype=str, keep_default_na=False,
+                index_col=False, skipinitialspace=True,
+            )  # fmt: skip
+    except (ValueError, pandas.errors.ParserWarning) as problem:
+        said = " ".join(str(problem).split())
+        raise SceneError("", None, f"is no CSV file ({said})", file=file) from None
+    table.columns = [str(name).strip() for name in table.columns]
+    for name in set(COLUMNS) & set(table.columns) if separator != "," else ():
+        words = table[name]
+        commas = words.str.contains(",", regex=False)
+        decimal, others = words[commas], words[~commas]
+        if decimal.size and decimal.str.fullmatch(_GROUPED).all() and others.str.isdecimal().any():
+            allowed = "may have a comma of thousands: leave it out, and write decimals with a point"
+            raise SceneError(name, decimal.iloc[0], allowed, file=file)
+        if not words.str.contains(".", regex=False).any():
+            table[name] = words.str.replace(",", ".")
+    return table
+
+
+def _is_above_the_header(line: str) -> bool:
+    """Whether a line is a comment, or blank, and not the header itself."""
+    return line.strip()[:1] in ("", "#") and COLUMNS[1] not in line
+
+
+_GROUPED = r"\d{1,3}(,\d{3})+"
+"""A number with commas of thousands; 1,234 may have a decimal comma if no other is whole."""
+
+
+def _of_table(scene: Scene, table: pandas.DataFrame, file: str) -> Sampled:
+    """Return the peaks in a table."""
+    import pandas
+
+    names = [str(name) for name in table.columns]
+    # The second of a name has .1 added.
+    if any(names.count(name) != 1 or f"{name}.1" in names for name in COLUMNS):
+        shown = ", ".join(repr(name[:_MOST_CELL_CHARS]) for name in names[:8])
+        allowed = f"has the columns {shown}, must have {' and '.join(COLUMNS)}"
+        if {COLUMNS[0], "force"} <= set(names) and COLUMNS[1] not in names:
+            raise SceneError("", None, f"{allowed}: did you mean {COLUMNS[1]}?", file=file)
+        allowed += (
+            " (contact 2 is that of granules 1 and 2), once each, or be a dump of LAMMPS with id,"
+            " x, fx; pulses (hc.judge_trains) stand in contact or granule and force_N; forces over"
+            " time (hc.judge_traces) in time_s and contact_2_N, contact_3_N, ...: else name them"
+            " with --column time=... --column gauge_16=..."
+        )
+        raise SceneError("", None, allowed, file=file)
+    values = []
+    for name in COLUMNS:
+        words = table[table.columns[names.index(name)]]
+        numbers = pandas.to_numeric(words, errors="coerce").to_numpy(np.float64)
+        wrong = np.flatnonzero(~np.isfinite(numbers))
+        if wrong.size:
+            word = str(words.iloc[int(wrong[0])])[:_MOST_CELL_CHARS]
+            key = f"{name} in row {int(wrong[0]) + 1}"
+            raise SceneError(key, word, "must be a finite number", file=file)
+        values.append(numbers)
+    if table.empty:
+        raise SceneError("", None, "has no row of numbers", file=file)
+    peaks = by_contact(values[0], values[1], scene, file)
+    return Sampled(peaks, np.zeros_like(peaks))
+
+
+def of_mapping(given: Mapping[int, float], scene: Scene) -> FloatArray:
+    """Return the peaks of a mapping from contacts to forces [N]."""
+    try:
+        contacts, forces = np.array([*given.items()], np.float64).reshape(-1, 2).T
+    except (TypeError, ValueError):
+        raise SceneError("peak_force", None, "must map contacts to forces [N]") from None
+    return by_contact(contacts, forces, scene, None)
+
+
+def by_contact(
+    contacts: FloatArray, forces: FloatArray, scene: Scene, file: str | None
+) -> FloatArray:
+    """Return peaks [N], (contacts,), NaN for missing ones, of forces with numbers of contacts."""
+    first, last = scene.contacts[0], scene.last_contact
+    peaks = np.full(len(scene.contacts), np.nan)
+    for row, (contact, force) in enumerate(zip(contacts.tolist(), forces.tolist(), strict=True), 1):
+        key: str
+        wrong: Any
+        if contact not in scene.contacts:
+            key, wrong = "contact", int(contact) if contact.is_integer() else contact
+            allowed = (
+                f"must be a whole number from {first} to {last}: contact 2 lies between granules 1"
+                f" and 2{_other_numbers(contacts, first, last)}"
+            )
+        elif not np.isnan(peaks[int(contact) - first]):
+            key, wrong, allowed = "contact", int(contact), _TWICE
+        elif not 0 <= force < np.inf:
+            key, wrong = "peak_force", force
+            allowed = (
+                "must be finite and at least 0 [N]: turn the sign where forces that press are"
+                " negative, leave out contacts without a peak"
+            )
+        else:
+            peaks[int(contact) - first] = force
+            continue
+        raise SceneError(key if file is None else f"{key} in row {row}", wrong, allowed, file=file)
+    return peaks
+
+
+_TWICE = (
+    "is given twice: several pulses of a contact stand in the columns contact and force_N"
+    " (hc.judge_trains)"
+)
+
+
+def _other_numbers(contacts: FloatArray, first: int, last: int) -> str:
+    """Return a hint for contacts that are numbered from 0 or 1; empty for others."""
+    least = float(np.min(contacts))
+    fits = least in range(first) and bool(np.all(contacts == np.round(contacts)))
+    if not fits or np.max(contacts) + first - least > last:
+        return ""
+    return f", and these numbers begin with {least:g}: add {first - least:g} to each"
+
+
+Results = Annotated[Path | str | Sequence[Path | str] | Mapping[int, float] | ArrayLike, read]
+"""What can be judged; pandas tables are array-like, too."""
+
+
+def judge(
+    scene: SceneLike,
+    results: Results,
+    *,
+    units: str = "si",
+    tolerance: float = TOLERANCE,
+    dt: float | None = None,
+    time_limit: float = TIME_LIMIT,
+    progress: ShowProgress = None,
+) -> Judgement:
+    """Judge results of any code by the reference, and search for the cause of differences.
+
+    Parameters
+    ----------
+    scene
+        What was computed, or the path of its file.
+    results
+        Peak forces [N] of contacts by the paper's numbers, 2 ... N, and N + 1 at a wall: a mapping
+        from contacts to forces, or an array of shape (contacts,) with NaN for missing peaks.
+
+        Or a pandas table, or a CSV file, with the columns contact and peak_force_N.
+
+        Or a text dump of all granules by LAMMPS with id, x and fx, or a list of files that together
+        are one: peaks are found between its frames. Files may be gzipped.
+    units
+        ``si``, ``cgs``, ``micro``, ``nano`` (LAMMPS's styles), of a dump.
+    tolerance
+        Largest relative difference that passes; between 0 and 1.
+    dt
+        Step of the code [s], if known; it turns numbers of steps into times. The error of velocity
+        Verlet at this step is stated, except for damped contacts.
+    time_limit
+        Time limit of the reference [s].
+    progress
+        True for a line in the terminal on what is being done, or a function that is
+        called with each such line.
+
+    Raises
+    ------
+    SceneError
+        For anything but a scene, for results that cannot be used, impossible peaks, tolerances or
+        steps, and for a tolerance within the error of the reference.
+    RunFailed
+        If the reference cannot be computed, or velocity Verlet is unstable with such a step.
+    """
+    scene = to_scene(scene)
+    require(dt is None or is_positive(dt), "dt", dt, f"{POSITIVE} [s]")
+    with telling(progress) as report_progress:
+        report_progress("reading results")
+        given = read(scene, results, units, dt)
+        sampling = given.error if given.how else None
+        judgement = judged(
+            scene, given.peak_force, tolerance, dt, sampling, time_limit, report_progress
+        )
+    if not given.how:
+        return judgement
+    remarks = [given.how]
+    if judgement.sampled_too_rarely:
+        remarks.append(
+            f"{judgement.sampled_too_rarely} contacts are not judged, as samples so far apart, or"
+            f" numbers of so few digits, may be off by more than the tolerance of {tolerance:.1e}:"
+            " write samples more often, with dump_modify format float %.15g"
+        )
+    return replace(judgement, remarks=(*remarks, *judgement.remarks))
+
+
+_ADVICE = "the scene is not what was measured, or the calibration is not what was given"
+FORCE = Kind("force of pulse {} [N]", _ADVICE)
+WIDTH = Kind("width of pulse {} [s]", _ADVICE)
+LATER = Kind(
+    "pulse {} after the one before [s]",
+    "the scene has another speed: try E, density, damping, loads",
+)
+
+_TRAIN_PLACES, _FORCE = ("contact", "granule"), "force_N"
+_TIMES = {"time_s": LATER, "width_s": WIDTH}
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class TrainJudgement(ShownVerdict):
+    """Measured trains against the reference; true if the verdict is ``pass``.
+
+    Parameters
+    ----------
+    reference
+        Result of the native reference method.
+    tolerance
+        Largest relative difference that passes.
+    checks
+        Force of each measured pulse, and widths and times between pulses where they were given.
+    """
+
+    reference: Result
+    tolerance: float
+    checks: tuple[Check, ...]
+
+    @property
+    def verdict(self) -> str:
+        """``pass`` if all measured pulses passed, otherwise ``fail``."""
+        return "pass" if all(check.passed for check in self.checks) else "fail"
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the judgement as a JSON object."""
+        return {
+            "verdict": self.verdict,
+            "tolerance": self.tolerance,
+            "checks": [check.to_dict() for check in self.checks],
+            "reference": self.reference.numbers(),
+            **context_of(self.reference.scene),
+        }
+
+
+def is_train(names: Sequence[str]) -> bool:
+    """Return whether a table with these columns has pulses."""
+    return (
+        _FORCE in names and "peak_force_N" not in names and not {*_TRAIN_PLACES}.isdisjoint(names)
+    )
+
+
+def judge_trains(
+    scene: SceneLike,
+    pulses: Path | str | pandas.DataFrame,
+    *,
+    tolerance: float = TOLERANCE,
+    time_limit: float = TIME_LIMIT,
+    progress: ShowProgress = None,
+) -> TrainJudgement:
+    """Judge trains of measured pulses by the reference, pulse by pulse in the order of the rows.
+
+    Parameters
+    ----------
+    scene
+        The scene that was measured, or the path of its file.
+    pulses
+        A pandas table, or a CSV file, with the columns contact or granule (its number; empty in
+        rows of the other) and force_N, the dynamic force of a pulse; perhaps time_s and width_s, as
+        ``Result.pulses`` has them. Of times only those between pulses matter. Weak pulses may be
+        left out, but not stronger ones before them: the measured forces are matched with those that
+        fit best, in order. [uncertainty] of the scene is not used.
+    tolerance
+        Largest relative difference that passes; between 0 and 1.
+    time_limit
+        Time limit of each run of the reference [s].
+    progress
+        True for a line in the terminal on what is being done, or a function that is called with
+        each such line.
+
+    Raises
+    ------
+    SceneError
+        For anything but a scene, contacts and granules that it does not have, or numbers that are
+        no pulses.
+    RunFailed
+        If the reference cannot be computed.
+    """
+    allowed = "must be a number above 0 and below 1"
+    require(is_positive(tolerance) and tolerance < 1, "tolerance", tolerance, allowed)
+    scene = to_scene(scene)
+    measured = _measured(scene, pulses)
+    gauges = (gauge for gauge in measured if gauge.granule is not None)
+    with telling(progress) as report_progress:
+        report_progress("native: the reference method")
+        reference = Native("reference", time_limit=time_limit).run(
+            replace(scene, gauges=tuple(dict.fromkeys((*scene.gauges, *gauges))))
+        )
+        report_progress("native: all pulses")
+        trains = {train.gauge: train for train in reference.trains}
+    checks = [
+        check
+        for gauge, columns in measured.items()
+        for check in _checks(trains[gauge], columns, tolerance)
+    ]
+    return TrainJudgement(reference, float(tolerance), tuple(checks))
+
+
+def _measured(scene: Scene, pulses: Any) -> dict[Gauge, dict[str, FloatArray]]:
+    """Return the columns of the pulses of each contact or granule; SceneError if unusable."""
+    import pandas
+
+    table = pulses if hasattr(pulses, "columns") else table_of(Path(pulses))
+    file = None if hasattr(pulses, "columns") else str(pulses)
+    if not is_train(list(table.columns)):
+        raise SceneError("pulses", None, "must have the columns contact or granule, and force_N",
+                         file=file)  # fmt: skip
+    for name in table.columns:
+        if name not in (*_TRAIN_PLACES, _FORCE, *TRAIN_COLUMNS):
+            allowed = f"must be {', '.join((*_TRAIN_PLACES, _FORCE, *_TIMES))}"
+            raise SceneError("column", name, allowed, file=file)
+    columns = [name for name in (*_TRAIN_PLACES, _FORCE, *_TIMES) if name in table]
+    places = [name for name in columns if name in _TRAIN_PLACES]
+    cells = table[columns].reset_index(drop=True).replace(r"^\s*$", np.nan, regex=True)
+    table = cells.apply(pandas.to_numeric, errors="coerce").astype(float)
+    for name in columns:
+        is_needed = np.full(len(table), name in (_FORCE, "time_s")) | cells[name].notna()
+        is_possible = np.isfinite(table[name]) & ((table[name] > 0) | (name == "time_s"))
+        wrong = np.flatnonzero(is_needed & ~is_possible)
+        if wrong.size:
+            key, value = f"{name} in row {int(wrong[0]) + 1}", cells[name].iloc[wrong[0]]
+            allowed = "must be a finite number" + (" above 0" if name != "time_s" else "")
+            raise SceneError(key, value, allowed, file=file)
+    wrong = np.flatnonzero(table[places].notna().sum(axis=1) != 1)
+    if wrong.size:
+        key = f"row {int(wrong[0]) + 1}"
+        raise SceneError(key, None, "must have a contact or a granule, and not both", file=file)
+    trains: dict[Gauge, dict[str, FloatArray]] = {}
+    for key in _TRAIN_PLACES:
+        if key not in places:
+            continue
+        for number, rows in table[table[key].notna()].groupby(key, sort=False):
+            try:
+                gauge = Gauge(**{key: int(number) if float(number).is_integer() else number})
+                gauge.check(
+                    scene.chain.granules, scene.wall is not None, scene.near_wall is not None
+                )
+            except SceneError as wrong_place:
+                where = f"{key} in row {rows.index[0] + 1}"
+                raise SceneError(where, number, wrong_place.allowed, file=file) from None
+            train = {name: rows[name].to_numpy() for name in columns if name not in _TRAIN_PLACES}
+            if "time_s" in train and np.any(np.diff(train["time_s"]) <= 0):
+                allowed = f"must increase from pulse to pulse of {gauge.place}"
+                raise SceneError("time_s", None, allowed, file=file)
+            trains[gauge] = train
+    require(bool(trains), "pulses", None, "has no row with the number of a contact or granule")
+    return trains
+
+
+def _checks(train: Train, measured: dict[str, FloatArray], tolerance: float) -> list[Check]:
+    """Return the checks of the pulses of one contact or granule."""
+    true, place, forces = train.columns, train.gauge.place, measured[_FORCE]
+    match = _in_order(forces, true[_FORCE])
+    reason = "what was asked for, and the error of the reference"
+    checks = []
+    for k, at in enumerate(match.tolist()):
+        error = true["force_error"][at] * true[_FORCE][at]
+        expected = [(FORCE, float(forces[k]), float(true[_FORCE][at]), float(error))]
+        if "width_s" in measured and measured["width_s"][k] > 0 and true["width_s"][at] > 0:
+            off = float(true["width_error_s"][at])
+            expected.append((WIDTH, float(measured["width_s"][k]), float(true["width_s"][at]), off))
+        if "time_s" in measured and k:
+            before = match[k - 1]
+            off = float(true["time_error_s"][at] + true["time_error_s"][before])
+            later = float(true["time_s"][at] - true["time_s"][before])
+            expected.append((LATER, float(np.diff(measured["time_s"])[k - 1]), later, off))
+        for kind, value, right, off in expected:
+            named = Kind(kind.name.format(k + 1), kind.advice)
+            if off < tolerance * abs(right) or (kind is LATER and np.isfinite(off)):
+                checks.append(within(named, place, value, right, tolerance * right + off, reason))
+            else:
+                why = "the reference itself does not know this to the tolerance"
+                checks.append(unmeasured(named, place, why))
+    least, last = (1 + tolerance) * np.min(forces), match.max(initial=0)
+    for at in set(np.flatnonzero(true[_FORCE][:last] > least).tolist()) - {*match.tolist()}:
+        kind = Kind(f"pulse of {true[_FORCE][at]:.4g} N at {true['time_s'][at]:.4g} s", _ADVICE)
+        why = "it was not measured, though a weaker one was"
+        checks.append(unmeasured(kind, place, why))
+    count = true[_FORCE].size
+    why = f"the reference has {count} pulses there: leave out noise, or lengthen end_time"
+    more = range(match.size + 1, forces.size + 1)
+    return [*checks, *(unmeasured(Kind(FORCE.name.format(k), _ADVICE), place, why) for k in more)]
+
+
+def _in_order(measured: FloatArray, true: FloatArray) -> NDArray[np.intp]:
+    """Return the places of true forces that fit measured ones best, in the same order.
+
+    If fewer forces are true than measured, the first ones are matched one by one.
+    """
+    measured = measured[: true.size]
+    off = np.abs(np.log(measured[:, np.newaxis] / true))
+    for k in range(1, measured.size):  # the least sum up to each place
+        least = np.minimum.accumulate(off[k - 1])
+        off[k, 1:] += least[:-1]
+        off[k, :k] = np.inf
+    match, end = np.zeros(measured.size, np.intp), true.size
+    for k in reversed(range(measured.size)):
+        end = match[k] = int(np.argmin(off[k, :end]))
+    return match

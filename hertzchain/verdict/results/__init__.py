@@ -1,1 +1,0 @@
-"""Results of other codes: tables of peaks, and dumps of LAMMPS."""

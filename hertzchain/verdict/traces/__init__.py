@@ -1,1 +1,0 @@
-"""Measured forces over time: read, laid over those of a scene, and judged."""
