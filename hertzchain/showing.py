@@ -32,18 +32,18 @@ class Shown:
         raise NotImplementedError
 
     def __repr__(self) -> str:
-        return str(self.module_of_report("cards").card_of(self))
+        return str(self.module_of_report("documents").card_of(self))
 
 
 class ShownRun(Shown):
     """A run: it prints as ``hertzchain run`` does, and can be drawn."""
 
     def __repr__(self) -> str:
-        return str(self.module_of_report("cards").printed(self._document))
+        return str(self.module_of_report("documents").printed(self._document))
 
     @property
     def _document(self) -> Any:
-        return self.module_of_report("cards").document_of(self)
+        return self.module_of_report("documents").document_of(self)
 
     def plot(self, size: tuple[float, float] | None = None) -> Figure:
         """Draw peak forces (for a verdict also differences), and force over time if recorded.

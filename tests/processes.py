@@ -63,7 +63,7 @@ def runs(pid: int) -> bool:
 
 def is_server(pid: int) -> bool:
     """Return whether a process was started to run LAMMPS for another."""
-    return b"hertzchain.engines.lammps.isolation" in command_line(pid)
+    return b"hertzchain.engines.lammps.engine" in command_line(pid)
 
 
 def has_lammps(pid: int) -> bool:

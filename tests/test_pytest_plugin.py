@@ -12,7 +12,7 @@ from rich.console import Console
 import hertzchain as hc
 from hertzchain import showing
 from hertzchain.report.console import print_document
-from hertzchain.report.verdicts import of_judgement
+from hertzchain.report.documents import of_judgement
 from tests.command_line import python
 from tests.docs.test_docs import blocks
 from tests.places import ROOT

@@ -28,8 +28,13 @@ from hertzchain.engines.native.as_written import judging_peaks
 from hertzchain.engines.native.duration import with_end
 from hertzchain.engines.native.plan import METHODS
 from hertzchain.limits import Deadline
-from hertzchain.observables.contact_errors import ContactErrors
-from hertzchain.observables.error_bound import REST_OF_TIMES, SAFETIES, Safety, stable_step
+from hertzchain.observables.error_bound import (
+    REST_OF_TIMES,
+    SAFETIES,
+    ContactErrors,
+    Safety,
+    stable_step,
+)
 from hertzchain.observables.peaks import judged_contacts
 from validation.random_drives import random_hard_scene
 from validation.random_scenes import KINDS

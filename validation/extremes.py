@@ -26,7 +26,7 @@ from rich.console import Console
 from rich.progress import Progress
 
 import hertzchain as hc
-from hertzchain.engines.lammps.isolation import Child
+from hertzchain.engines.lammps.engine import Child
 from hertzchain.engines.native.plan import METHODS
 from hertzchain.errors import SceneError
 from hertzchain.limits import usable_cores

@@ -18,7 +18,7 @@ import hertzchain as hc
 from hertzchain import theory
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps.backend import run_in
-from hertzchain.engines.lammps.isolation import Child
+from hertzchain.engines.lammps.engine import Child
 from hertzchain.examiner.measured import readings_of_runs
 from hertzchain.scene.shocks import PROFILES, profile_named
 from validation.drawing import BACKENDS, new_figure

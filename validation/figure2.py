@@ -28,7 +28,7 @@ import hertzchain as hc
 from hertzchain import theory
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps.backend import run_in
-from hertzchain.engines.lammps.isolation import Child
+from hertzchain.engines.lammps.engine import Child
 from hertzchain.scene.chain import natural_units
 from hertzchain.theory.paper import SHIFT
 from validation.drawing import BACKENDS, new_figure

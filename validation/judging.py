@@ -20,7 +20,7 @@ import numpy as np
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps.backend import run_in
-from hertzchain.engines.lammps.isolation import Child
+from hertzchain.engines.lammps.engine import Child
 from hertzchain.errors import (
     HertzchainError,
     OverlapTooLarge,

@@ -21,7 +21,7 @@ from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps import dialect
 from hertzchain.engines.native import simulation
 from hertzchain.engines.native.simulation import Prepared
-from hertzchain.observables.contact_errors import Peaks
+from hertzchain.observables.error_bound import Peaks
 from hertzchain.observables.samples import Samples
 from hertzchain.observables.watch import PeakWatch
 from hertzchain.scene import schedule

@@ -9,7 +9,7 @@ from pathlib import Path
 import hertzchain as hc
 from hertzchain import theory
 from hertzchain.engines.lammps.backend import run_in
-from hertzchain.engines.lammps.isolation import Child
+from hertzchain.engines.lammps.engine import Child
 from hertzchain.errors import RunFailed
 from hertzchain.observables.samples import History
 from validation.rows import progress

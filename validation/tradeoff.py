@@ -11,7 +11,7 @@ from dataclasses import fields
 import pandas
 from matplotlib.figure import Figure
 
-from hertzchain.engines.lammps.isolation import Child
+from hertzchain.engines.lammps.engine import Child
 from hertzchain.errors import BackendMissing
 from hertzchain.report.figures import plot_tradeoff
 from hertzchain.verdict.tradeoff import Row as Setting

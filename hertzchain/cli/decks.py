@@ -168,7 +168,7 @@ def examine(
     """
     from hertzchain.examiner.examining import examine as examined
     from hertzchain.files import write_text
-    from hertzchain.report.verdicts import of_examination
+    from hertzchain.report.documents import of_examination
 
     outputs = Shown(scene, shown, [deck], others={"": fix})
     given = options.by_name("--var", variables or [], "F0=100")

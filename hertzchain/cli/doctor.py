@@ -109,8 +109,7 @@ def _kernels() -> Finding:
 def _lammps() -> Finding:
     """Examine LAMMPS in another process, which a wrong library can crash."""
     from hertzchain.engines.lammps.dialect import INSTALL, PACKAGE
-    from hertzchain.engines.lammps.engine import look
-    from hertzchain.engines.lammps.isolation import Child
+    from hertzchain.engines.lammps.engine import Child, look
 
     try:
         with Child() as child:

@@ -163,7 +163,7 @@ def judge(
     Where peaks differ, the likely cause is named.
     """
     from hertzchain.pulses.recording import read_columns
-    from hertzchain.report.cards import document_of
+    from hertzchain.report.documents import document_of
     from hertzchain.uncertainty.shown import of_validation
     from hertzchain.uncertainty.validation import SEEN, validate
     from hertzchain.verdict.results import is_train, judge_trains

@@ -181,7 +181,7 @@ def run(
             f" {uncertainty}"
         )
     from hertzchain.engines.native.duration import with_end
-    from hertzchain.report.run import of_result
+    from hertzchain.report.documents import of_result
     from hertzchain.scene.terms import NO_GAUGE
 
     is_drawn = shown.plot is not None or shown.report is not None
@@ -235,8 +235,8 @@ def compare(
     """Compare native, LAMMPS and the formulas, with a verdict."""
     from hertzchain.engines.external.step_error import usual_accuracy
     from hertzchain.engines.native.duration import with_end
+    from hertzchain.report.documents import of_comparison
     from hertzchain.report.files import plot_times
-    from hertzchain.report.verdicts import of_comparison
     from hertzchain.verdict import comparison
 
     names = dict.fromkeys(["native", *map(str, backend or compared_by_default())])

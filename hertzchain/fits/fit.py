@@ -185,7 +185,7 @@ class Fit:
         }
 
     def __repr__(self) -> str:
-        from hertzchain.report.cards import card
+        from hertzchain.report.documents import card
 
         facts = []
         for parameter in self.parameters:

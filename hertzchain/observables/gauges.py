@@ -1,24 +1,25 @@
-"""Gauges: the first pulse of a contact, or of the mean force on the two sides of a granule.
-
-A sensor in the middle of a granule reads the mean of its two contacts, which is a pulse of its own:
-lower than those of the contacts, and longer. The observer finds it as it finds those of contacts.
-"""
+"""What gauges record: readings, and the trains of pulses that pass them."""
 
 from __future__ import annotations
 
 import itertools
 from dataclasses import astuple, dataclass, field, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
 from hertzchain.arrays import FloatArray, or_none
-from hertzchain.observables.contact_errors import COLUMNS, ContactErrors, columns
+from hertzchain.observables.error_bound import COLUMNS as PULSE_COLUMNS
+from hertzchain.observables.error_bound import ContactErrors, causal, columns
 from hertzchain.observables.first_pulse import FirstPulses, contacts_of
-from hertzchain.observables.samples import History
+from hertzchain.observables.samples import DampedLaw, History
 from hertzchain.observables.wave import NEAR_END, is_near_end, places, runs_forwards
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.terms import Gauge
+
+if TYPE_CHECKING:
+    import pandas
+    from numpy.typing import ArrayLike
 
 
 @dataclass(frozen=True)
@@ -59,7 +60,7 @@ class Reading:
         With a history it has ``time_s`` and ``force_N``, what the gauge reads over time.
         """
         values = np.array(astuple(self)[1:-1])  # all but gauge and reason
-        cells = zip((*COLUMNS, "speed_m_s", "speed_error"), or_none(values), strict=True)
+        cells = zip((*PULSE_COLUMNS, "speed_m_s", "speed_error"), or_none(values), strict=True)
         read = {self.gauge.key: self.gauge.number, **dict(cells), "speed_reason": self.speed_reason}
         if history is None:
             return read
@@ -99,7 +100,9 @@ def readings(scene: Scene, first: FirstPulses | None, errors: ContactErrors) -> 
             place = scene.contacts.index(gauge.number)
         else:
             next_granule += 1
-        values = (float(table[name][place]) if is_ended[place] else np.nan for name in COLUMNS)
+        values = (
+            float(table[name][place]) if is_ended[place] else np.nan for name in PULSE_COLUMNS
+        )
         read.append(Reading(gauge, *values))
     return _with_speeds(scene, read, table["arrival_time_s"])
 
@@ -132,3 +135,315 @@ def _place(scene: Scene, gauge: Gauge) -> tuple[str, float]:
     is_wall = not 2 <= gauge.number <= scene.chain.granules
     place = float(places(scene)[scene.contacts.index(gauge.number)])
     return "a wall" if is_wall else "a contact", place
+
+
+LEAST = 0.01
+"""Least height of a pulse, over the largest dynamic force of its contact."""
+
+_DIP = 0.05
+"""How much lower the force is between two pulses, over the height of the lower one (chosen):
+ripples of a plateau are smaller."""
+
+_FRAME_TIMES = (0.05, 0.03)
+"""Time units of the fastest contact between frames of the two runs (chosen). The overlap between
+frames, a polynomial of fifth degree, is off by 1e-8 where it is smooth."""
+
+_NEAR_FRAMES, _DOUBLINGS, _DOUBLING_STEPS = 4.0, 12, (2, 8)
+"""Where a contact opens or closes no polynomial meets the motion. Maxima and crossings so near to
+that, over the distance of frames, get further frames up to there: their distances are doubled so
+often, in so many steps each in the two runs (chosen)."""
+
+_CORNER_RATIO = 1e-5
+"""Distance of frames from a corner of the drive, whose force may jump there, over that of the
+others (chosen)."""
+
+_PARTS = 8
+"""Parts of the time between two frames in which maxima are searched (chosen), and parts of the
+brackets that close around maxima and crossings."""
+
+_BRACKET_ROUNDS = 12
+"""How often brackets are cut: down to 1e-8 of a frame for maxima, 2e-12 for crossings."""
+
+_ERROR_RATIO = 3.0
+"""Bound of an error over the difference of two runs (chosen): of first-order steps and their halves
+it is 2, of second-order ones 4/3."""
+
+_LEAST_ERROR = 2e-8
+"""Least error that is stated, over total forces and the time unit: that of histories, which two
+runs may share. In two of about 300 random scenes it was 1e-9 and 1.2e-8."""
+
+COLUMNS = (
+    "time_s", "force_N", "arrival_time_s", "width_s", "time_error_s", "force_error",
+    "arrival_error_s", "width_error_s",
+)  # fmt: skip
+
+
+class HasHistory(Protocol):
+    """A result of a recorded run."""
+
+    @property
+    def history(self) -> History | None:
+        """The history that was recorded."""
+
+
+class Recorded(Protocol):
+    """An engine that records runs."""
+
+    def run(self, scene: Scene, record: ArrayLike | None = None) -> HasHistory:
+        """Simulate a scene; see ``hertzchain.Native.run``."""
+
+
+@dataclass(frozen=True, eq=False)
+class Train:
+    """The pulses of a contact, or of a gauge in a granule, in the order of time.
+
+    Parameters
+    ----------
+    gauge
+        The contact or the granule.
+    columns
+        By their names, shape (pulses,) each: time, dynamic force, arrival and width, and bounds of
+        their errors, that of the force relative. A width is NaN where the run ended before; an
+        error is infinite where the second run has no such pulse.
+    """
+
+    gauge: Gauge
+    columns: dict[str, FloatArray]
+
+    def to_frame(self) -> pandas.DataFrame:
+        """Return a table with a row for each pulse."""
+        import pandas
+
+        return pandas.DataFrame(self.columns)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the train as a JSON object; null stands for what is not known."""
+        values = [or_none(self.columns[name]) for name in COLUMNS]
+        pulses = [dict(zip(COLUMNS, row, strict=True)) for row in zip(*values, strict=True)]
+        return {self.gauge.key: self.gauge.number, "pulses": pulses}
+
+
+def trains_of(scene: Scene, engine: Recorded, other: Recorded) -> tuple[Train, ...]:
+    """Return the trains of all contacts, then of gauges in granules, by an engine.
+
+    The other engine takes other steps.
+    """
+    in_granules = [gauge for gauge in scene.gauges if gauge.granule is not None]
+    gauges = [*(Gauge(contact=number) for number in scene.contacts), *in_granules]
+    kinks = np.zeros(0)
+    for recorder, k in ((engine, 0), (engine, 0), (other, 1)):
+        frames = _frames(scene, kinks, _FRAME_TIMES[k], _DOUBLING_STEPS[k])
+        near = _NEAR_FRAMES * _FRAME_TIMES[k] * scene.contact_time
+        motion = _Motion.of(scene, recorder.run(scene, frames).history)
+        read = [_Signal(motion, scene, gauge) for gauge in gauges]
+        pulses = [signal.pulses() for signal in read]
+        kinks = np.concatenate(
+            [signal.kinks(each, near) for signal, each in zip(read, pulses, strict=True)]
+        )
+        if recorder is engine:
+            signals, trains = read, pulses
+    differences = [_differences(*pair) for pair in zip(trains, pulses, strict=True)]
+    times = np.concatenate([train[0] for train in trains])
+    units = np.array([[1.0], [scene.contact_time], [scene.contact_time]])
+    differing = _ERROR_RATIO * causal(np.concatenate(differences, axis=1), times)
+    every, begin = [], 0
+    for gauge, signal, train in zip(gauges, signals, trains, strict=True):
+        least = _LEAST_ERROR * units * (1 + signal.static / train[1])
+        force, arrival, width = differing[:, begin : begin + train.shape[1]] + least
+        begin += train.shape[1]
+        time = signal.doubt(train, force) + arrival
+        values = (*train, time, force, arrival, width)
+        every.append(Train(gauge, dict(zip(COLUMNS, values, strict=True))))
+    return tuple(every)
+
+
+def _frames(scene: Scene, kinks: FloatArray, apart: float, closer: int) -> FloatArray:
+    """Return increasing times of frames [s], at all corners of the drive and on both sides.
+
+    ``apart`` is the longest time between them, in natural time units of the fastest contact; near
+    kinks their distance is doubled in ``closer`` steps.
+    """
+    step = apart * scene.contact_time
+    legs, aside = scene.schedule(step), _CORNER_RATIO * step
+    usual = [np.linspace(leg.start + aside, leg.end - aside, leg.steps + 1) for leg in legs]
+    offsets = _NEAR_FRAMES * step * 2.0 ** (np.arange(-_DOUBLINGS * closer, 1) / closer)
+    near = kinks[:, np.newaxis] + np.concatenate([-offsets, [0.0], offsets])
+    corners = [leg.start for leg in legs]
+    every = [corners, [scene.end_time], *usual, near.ravel().clip(0.0, scene.end_time)]
+    times = np.unique(np.concatenate(every))
+    return np.asarray(times[np.append(True, np.diff(times) > aside / 10)])
+
+
+def _differences(train: FloatArray, other: FloatArray) -> FloatArray:
+    """Differences of forces (relative), arrivals and widths, (3, pulses); infinite without a match.
+
+    A pulse matches the nearest of the other run, if that has no nearer one.
+    """
+    off = np.full((3, train.shape[1]), np.inf)
+    if not other.shape[1]:
+        return off
+    apart = np.abs(train[0][:, np.newaxis] - other[0])
+    nearest = np.argmin(apart, axis=1)
+    is_match = np.argmin(apart, axis=0)[nearest] == np.arange(nearest.size)
+    match = other[:, nearest]
+    values = np.abs([match[1] / train[1] - 1, match[2] - train[2], match[3] - train[3]])
+    values[2] = np.maximum(values[1], values[2])  # both ends of a pulse may move alike
+    is_ended = ~np.isnan(train[3])
+    values[2] = np.where(is_ended == ~np.isnan(match[3]), values[2], np.inf)
+    off[:, is_match] = values[:, is_match]
+    off[2, ~is_ended] = np.nan
+    return off
+
+
+@dataclass(frozen=True, eq=False)
+class _Motion:
+    """Times, overlaps with two derivatives, and forces of all contacts of a recorded run."""
+
+    time: FloatArray
+    overlap: FloatArray  # (3, times, contacts)
+    force: FloatArray
+    static: FloatArray
+    law: DampedLaw
+
+    @classmethod
+    def of(cls, scene: Scene, history: History | None) -> _Motion:
+        """Return the motion of the contacts in a history; accelerations are those of its forces."""
+        assert history is not None
+        granules, force = scene.granules, history.contact_force
+        contacts = force.shape[1]
+        net = np.tile(granules.constant_force, (history.time.size, 1))
+        net[:, scene.pushed] += scene.applied_force(history.time)
+        net[:, :contacts] -= force
+        net[:, 1:] += force[:, : net.shape[1] - 1]
+        behind = [(0, 0), (scene.first_granule, 0)]
+        moves = np.pad(history.displacement, behind), np.pad(history.velocity, behind)
+        bodies = np.pad([*moves, net / granules.mass], [(0, 0), (0, 0), (0, 1)])
+        overlap = bodies[:, :, :contacts] - bodies[:, :, 1 : contacts + 1]
+        overlap[0] += granules.static_overlap - granules.gap
+        return cls(history.time, overlap, force, granules.static_force, DampedLaw.of(scene))
+
+
+class _Signal:
+    """The dynamic force of a contact, or the mean of those of a granule's contacts, over time."""
+
+    def __init__(self, motion: _Motion, scene: Scene, gauge: Gauge) -> None:
+        from hertzchain.observables import observer
+
+        places = contacts_of(scene, gauge)
+        self._weight = 1.0 if gauge.granule is None else 0.5
+        self._time = motion.time
+        unknown = np.full((1, self._time.size, len(places)), np.nan)
+        self._signals = observer.signals_of(motion.law)[places]
+        self._motion = np.concatenate([motion.overlap[:, :, places], unknown])
+        self._force = np.ascontiguousarray(motion.force[:, places])
+        self._static = motion.static[places]
+        self.static = self._weight * float(np.sum(self._static))
+        self._weakest = observer.LEAST * (scene.units.force + self.static)
+        self._is_open = motion.overlap[0, :, max(places[0] - 1, 0) : places[-1] + 2] <= 0
+        parts = np.arange(_PARTS) / _PARTS
+        inner = self._time[:-1, np.newaxis] + parts * np.diff(self._time)[:, np.newaxis]
+        self.grid = np.append(inner.ravel(), self._time[-1])
+        self.values = self.at(self.grid)
+
+    def at(self, times: FloatArray) -> FloatArray:
+        """Return the force at any times within the run; 0 for a pull."""
+        from hertzchain.observables.intervals import forces_at
+
+        order = np.argsort(times, axis=None)
+        forces = np.empty((times.size, self._static.size))
+        forces_at(
+            self._signals, times.ravel()[order], self._time, self._motion, self._force, forces
+        )
+        values = np.empty(times.size)
+        values[order] = np.sum(forces - self._static, axis=1) * self._weight
+        return np.maximum(values, 0.0).reshape(times.shape)
+
+    def pulses(self) -> FloatArray:
+        """Return times, forces, arrivals and widths of all pulses, shape (4, pulses)."""
+        places = np.array(_maxima(self.grid, self.values), np.intp)
+        low, high = (
+            self.grid[np.maximum(places - 1, 0)],
+            self.grid[(places + 1).clip(max=self.grid.size - 1)],
+        )
+        time, force = self._highest(low, high)
+        keep = force >= max(LEAST * np.max(force, initial=0.0), self._weakest)
+        time, force = time[keep], force[keep]
+        arrival, over = (self._crossing(time, force / 2, ahead) for ahead in (False, True))
+        arrival = np.where(np.isnan(arrival), self.grid[0], arrival)
+        return np.array([time, force, arrival, over - arrival])
+
+    def kinks(self, train: FloatArray, near: float) -> FloatArray:
+        """Return maxima and crossings so near to which this or a next contact opens or closes."""
+        places = np.concatenate([train[0], train[2], train[2] + train[3]])
+        places = places[~np.isnan(places)]
+        before = np.searchsorted(self._time, places - near) - 1
+        after = np.searchsorted(self._time, places + near).clip(max=self._time.size - 1)
+        changes = self._is_open[before.clip(min=0)] != self._is_open[after]
+        return np.asarray(places[changes.any(axis=1)])
+
+    def doubt(self, train: FloatArray, error: FloatArray) -> FloatArray:
+        """Return how far maxima may be from their times, as their forces have these errors."""
+        time, force = train[:2]
+        level = force * np.maximum(1 - 2 * np.minimum(error, 0.5) - 1e-15, 0.0)
+        since, until = (self._crossing(time, level, ahead) for ahead in (False, True))
+        since = np.where(np.isnan(since), self.grid[0], since)
+        until = np.where(np.isnan(until), self.grid[-1], until)
+        return np.asarray(np.where(np.isinf(error), np.inf, np.maximum(time - since, until - time)))
+
+    def _highest(self, low: FloatArray, high: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the times of the largest forces within brackets, and these forces."""
+        each, parts = np.arange(low.size), np.arange(_PARTS + 1) / _PARTS
+        for _ in range(_BRACKET_ROUNDS):
+            times = low[:, np.newaxis] + parts * (high - low)[:, np.newaxis]
+            values = self.at(times)
+            best = np.argmax(values, axis=1) if low.size else each
+            low, high = (
+                times[each, np.maximum(best - 1, 0)],
+                times[each, np.minimum(best + 1, _PARTS)],
+            )
+        return times[each, best], values[each, best]
+
+    def _crossing(self, time: FloatArray, level: FloatArray, ahead: bool) -> FloatArray:
+        """Return when the force is last below levels before times, or first after; NaN if never."""
+        low, high = np.full(time.size, np.nan), np.full(time.size, np.nan)
+        for k, (at, least) in enumerate(zip(time, level, strict=True)):
+            is_there = (self.grid > at) if ahead else (self.grid < at)
+            below = np.flatnonzero(is_there & (self.values < least))
+            if below.size:
+                n, sign = (below[0], -1) if ahead else (below[-1], 1)
+                low[k] = self.grid[n]  # below the level; towards ``high`` it is reached
+                high[k] = (max if ahead else min)(self.grid[n + sign], at)
+        rows = np.flatnonzero(~np.isnan(low))
+        each, parts = np.arange(rows.size), np.arange(_PARTS + 1) / _PARTS
+        for _ in range(_BRACKET_ROUNDS):
+            times = low[rows][:, np.newaxis] + parts * (high - low)[rows][:, np.newaxis]
+            is_below = self.at(times) < level[rows][:, np.newaxis]
+            is_below[:, 0], is_below[:, -1] = True, False
+            last = _PARTS - 1 - np.argmax(is_below[:, -2::-1], axis=1) if rows.size else each
+            low[rows], high[rows] = times[each, last], times[each, last + 1]
+        return high
+
+
+def _maxima(time: FloatArray, values: FloatArray) -> list[int]:
+    """Return the places of maxima before and after which the force is lower by ``_DIP``.
+
+    Before the run there is no force. At its end a maximum counts where the force has stood near it
+    for longer than it took to get there from a half.
+    """
+    rises = np.diff(values) > 0
+    turns = np.flatnonzero(rises[1:] != rises[:-1]) + 1
+    maxima, top, low, since = [], -1, 0.0, 0
+    for k in (0, *turns.tolist(), values.size - 1):
+        if (top < 0 and low < (1 - _DIP) * values[k]) or (top >= 0 and values[k] > values[top]):
+            top = k
+        if top >= 0 and values[k] < (1 - _DIP) * values[top]:
+            maxima.append(top)
+            top, low, since = -1, values[k], k
+        elif top < 0 and values[k] < low:
+            low, since = values[k], k
+    if top >= 0:
+        near = since + int(np.argmax(values[since:] >= (1 - _DIP) * values[top]))
+        half = np.flatnonzero(values[: near + 1] <= values[top] / 2)
+        if time[-1] - time[near] > time[near] - time[half[-1] if half.size else 0]:
+            maxima.append(top)
+    return maxima

@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
 from hertzchain.observables.compiling import compiled_and_kept, part
-from hertzchain.observables.interpolant import curvature_at, slope_at, value_at
 from hertzchain.observables.observer import (
     Piece,
     Watch,
+    curvature_at,
     curve_of,
     extrema,
     force_at,
@@ -26,6 +26,8 @@ from hertzchain.observables.observer import (
     law_rate,
     look,
     rate_at,
+    slope_at,
+    value_at,
 )
 
 _LEAST_MAXIMUM_RATIO = 1e-4

@@ -17,12 +17,10 @@ from numpy.typing import NDArray
 from hertzchain.arrays import FloatArray, or_none
 from hertzchain.contact import hertz
 from hertzchain.errors import SceneError, require
-from hertzchain.observables.contact_errors import ContactErrors, columns
-from hertzchain.observables.error_bound import SHORTER
+from hertzchain.observables.error_bound import SHORTER, ContactErrors, columns
 from hertzchain.observables.first_pulse import FirstPulses
-from hertzchain.observables.gauges import Reading, force_over_time
+from hertzchain.observables.gauges import Reading, Recorded, Train, force_over_time, trains_of
 from hertzchain.observables.samples import History
-from hertzchain.observables.trains import Recorded, Train, trains_of
 from hertzchain.observables.wave import (
     SolitaryWave,
     Wave,

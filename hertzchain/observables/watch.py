@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
-from hertzchain.observables.contact_errors import Peaks
+from hertzchain.observables.error_bound import Peaks
 from hertzchain.observables.first_pulse import Signals, pulses_in
 from hertzchain.observables.peaks import ESTIMATED, judged_contacts
 from hertzchain.observables.samples import DampedLaw, Recorder, Samples

@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from hertzchain.arrays import FloatArray
 from hertzchain.contact import hertz
 from hertzchain.engines.lammps.backend import Lammps
-from hertzchain.engines.lammps.isolation import Child
+from hertzchain.engines.lammps.engine import Child
 from hertzchain.engines.native.backend import Native
 from hertzchain.errors import BackendMissing, HertzchainError, RunFailed, TooExpensive
 from hertzchain.limits import RTOL, Deadline, usable_cores

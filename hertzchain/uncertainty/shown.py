@@ -16,7 +16,7 @@ from hertzchain.report.document import (
     in_prefixed,
     number,
 )
-from hertzchain.report.verdicts import of_traces
+from hertzchain.report.documents import of_traces
 
 if TYPE_CHECKING:
     from rich.console import Console

@@ -24,10 +24,10 @@ from hertzchain.engines.native.backend import Native
 from hertzchain.errors import POSITIVE, SceneError, is_positive, require
 from hertzchain.files import read_bytes, text_in
 from hertzchain.limits import TIME_LIMIT, TOLERANCE
+from hertzchain.observables.gauges import COLUMNS as TRAIN_COLUMNS
+from hertzchain.observables.gauges import Train
 from hertzchain.observables.peaks import judged_contacts
 from hertzchain.observables.result import Result, context_of
-from hertzchain.observables.trains import COLUMNS as TRAIN_COLUMNS
-from hertzchain.observables.trains import Train
 from hertzchain.scene.scene import Scene, SceneLike, to_scene
 from hertzchain.scene.terms import Gauge
 from hertzchain.showing import ShownVerdict, ShowProgress, telling

@@ -13,8 +13,8 @@ from markupsafe import escape
 
 import hertzchain as hc
 from hertzchain.report.document import to_xml
+from hertzchain.report.documents import of_examination
 from hertzchain.report.page import page_of
-from hertzchain.report.verdicts import of_examination
 from tests.examiner.corpus import (
     DEFECTS,
     HARMLESS,

@@ -24,9 +24,9 @@ from hertzchain.engines.external.step_error import (
     rival_errors,
 )
 from hertzchain.errors import StepUnstable, Unpredictable
-from hertzchain.observables.contact_errors import ContactErrors
 from hertzchain.observables.error_bound import (
     SAFETIES,
+    ContactErrors,
     Safety,
     SecondRun,
     amplifies_errors,

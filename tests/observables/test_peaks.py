@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from hertzchain.arrays import FloatArray
-from hertzchain.observables.contact_errors import Peaks
+from hertzchain.observables.error_bound import Peaks
 from hertzchain.observables.peaks import largest_difference
 from hertzchain.observables.samples import DampedLaw, Samples
 from hertzchain.observables.watch import PeakWatch

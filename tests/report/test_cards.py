@@ -18,7 +18,7 @@ import hertzchain as hc
 from hertzchain import showing
 from hertzchain.report.console import plain_text, print_document
 from hertzchain.report.document import Finding
-from hertzchain.report.verdicts import of_examination
+from hertzchain.report.documents import of_examination
 from hertzchain.showing import shown_progress
 from hertzchain.verdict.check import Check, Kind
 from tests.command_line import Command

@@ -26,9 +26,8 @@ from hertzchain.report.console import (
     print_tradeoff,
 )
 from hertzchain.report.document import Document, describe, known_digits
+from hertzchain.report.documents import of_comparison, of_judgement, of_result
 from hertzchain.report.figures import plot_tradeoff
-from hertzchain.report.run import of_result
-from hertzchain.report.verdicts import of_comparison, of_judgement
 from hertzchain.verdict.check import Check, Kind
 from hertzchain.verdict.tradeoff import Row, Tradeoff
 from tests.conftest import paper_scene

@@ -14,6 +14,7 @@ from matplotlib import rcParams
 from matplotlib.figure import Figure
 
 import hertzchain as hc
+from hertzchain.report.documents import of_comparison, of_result
 from hertzchain.report.figures import figure_of
 from hertzchain.report.files import (
     drawn_contacts,
@@ -23,9 +24,7 @@ from hertzchain.report.files import (
     write_frame,
 )
 from hertzchain.report.picture import in_units, legend_look
-from hertzchain.report.run import of_result
 from hertzchain.report.style import force_limits
-from hertzchain.report.verdicts import of_comparison
 from tests.conftest import paper_scene
 from tests.places import ROOT
 from tests.report.conftest import lines_of, plot_comparison

@@ -16,10 +16,10 @@ from matplotlib.axes import Axes
 
 import hertzchain as hc
 import validation.page
+from hertzchain.report.documents import of_comparison, of_judgement
 from hertzchain.report.figures import figure_of
 from hertzchain.report.files import drawn_contacts, plot_times
 from hertzchain.report.page import page_of, write_page
-from hertzchain.report.verdicts import of_comparison, of_judgement
 from hertzchain.verdict.check import NOT_RUN, Check, Kind, unmeasured
 from hertzchain.verdict.generated_deck import NOT_EXAMINED
 from tests.conftest import paper_scene

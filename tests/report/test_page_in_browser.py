@@ -11,8 +11,8 @@ import pytest
 from playwright.sync_api import Browser, Page, sync_playwright
 
 import hertzchain as hc
+from hertzchain.report.documents import of_comparison
 from hertzchain.report.page import write_page
-from hertzchain.report.verdicts import of_comparison
 from tests.conftest import chromium
 from tests.report.test_page import HOSTILE
 

@@ -12,7 +12,7 @@ import pandas as pd
 import pytest
 
 import hertzchain as hc
-from hertzchain.engines.lammps.isolation import Child
+from hertzchain.engines.lammps.engine import Child
 from hertzchain.errors import RunFailed
 from tests import processes
 from tests.command_line import Command

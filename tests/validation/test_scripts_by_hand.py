@@ -11,7 +11,7 @@ import pandas as pd
 import pytest
 
 import hertzchain as hc
-from hertzchain.engines.lammps.isolation import Child
+from hertzchain.engines.lammps.engine import Child
 from hertzchain.engines.native.plan import METHODS
 from hertzchain.errors import RunFailed
 from tests.command_line import python

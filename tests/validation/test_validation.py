@@ -14,7 +14,7 @@ import pytest
 
 import hertzchain as hc
 import validation.script
-from hertzchain.engines.lammps.isolation import Child
+from hertzchain.engines.lammps.engine import Child
 from hertzchain.errors import RunFailed
 from hertzchain.verdict.tradeoff import WAYS
 from tests import scenes

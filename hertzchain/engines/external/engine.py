@@ -23,7 +23,7 @@ from hertzchain.engines.external.rescaling import predicted_loss, softening
 from hertzchain.errors import POSITIVE, Unpredictable, is_finite, is_positive, require
 from hertzchain.limits import RTOL, TIGHTEST, TIME_LIMIT, Deadline, check_time_limit
 from hertzchain.observables import error_bound
-from hertzchain.observables.contact_errors import ContactErrors, Peaks
+from hertzchain.observables.error_bound import ContactErrors, Peaks
 from hertzchain.observables.first_pulse import check_wanted, usually_wanted
 from hertzchain.observables.gauges import readings
 from hertzchain.observables.result import LostDigits, Result

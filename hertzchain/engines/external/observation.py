@@ -16,8 +16,7 @@ from hertzchain.engines.external.rescaling import Softening, round_off
 from hertzchain.engines.external.terms import wall_position
 from hertzchain.errors import OverlapTooLarge, RunFailed
 from hertzchain.limits import refuse_memory
-from hertzchain.observables.contact_errors import Peaks
-from hertzchain.observables.error_bound import SHORTER, diverged
+from hertzchain.observables.error_bound import SHORTER, Peaks, diverged
 from hertzchain.observables.first_pulse import Signals
 from hertzchain.observables.result import Balance
 from hertzchain.observables.samples import DampedLaw, Recorder, Samples, closing, true_forces

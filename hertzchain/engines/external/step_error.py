@@ -11,7 +11,7 @@ import numpy as np
 from hertzchain.arrays import FloatArray
 from hertzchain.limits import RTOL
 from hertzchain.observables import error_bound
-from hertzchain.observables.contact_errors import ContactErrors, Peaks
+from hertzchain.observables.error_bound import ContactErrors, Peaks
 from hertzchain.observables.peaks import ESTIMATED, judged_contacts
 from hertzchain.observables.watch import PeakWatch
 from hertzchain.scene.scene import Scene

@@ -20,8 +20,7 @@ from hertzchain.engines.lammps import dialect
 from hertzchain.engines.lammps import engine as state
 from hertzchain.engines.lammps.binary import Binary, Program
 from hertzchain.engines.lammps.dialect import NO_STEP
-from hertzchain.engines.lammps.engine import command, engine, look, run, version_of
-from hertzchain.engines.lammps.isolation import Child
+from hertzchain.engines.lammps.engine import Child, command, engine, look, run, version_of
 from hertzchain.engines.lammps.reading.deck import FoundDeck
 from hertzchain.engines.lammps.reading.reading import examine_deck, examined_deck
 from hertzchain.errors import HertzchainError, SceneError, require

@@ -20,8 +20,7 @@ from hertzchain.engines.external import observation
 from hertzchain.engines.external.observation import Observation, read_blocks, read_frames
 from hertzchain.engines.external.program import SAID, find_program, run_program, work_folder
 from hertzchain.engines.lammps import dialect, engine
-from hertzchain.engines.lammps import engine as state
-from hertzchain.engines.lammps.isolation import Child
+from hertzchain.engines.lammps.engine import Child
 from hertzchain.errors import BackendMissing, RunFailed, StepUnstable, TooExpensive
 from hertzchain.limits import Deadline
 from hertzchain.observables.error_bound import SHORTER
@@ -210,7 +209,7 @@ class Binary:
             rest = dialect.write_dump(_REST, ("x", "mass", "radius"))
             columns = _COLUMNS if scene.wall is None else (*_COLUMNS, dialect.WALL_FORCE)
             start = dialect.set_up(scene, self.pair_style, self.program.build.version)
-            lines = [start + state.COMMANDS, rest]
+            lines = [start + engine.COMMANDS, rest]
             for k, (before, leg, stride) in enumerate(
                 zip((None, *legs[:-1]), legs, strides, strict=True)
             ):

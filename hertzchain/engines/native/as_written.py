@@ -19,8 +19,7 @@ from hertzchain.engines.native.plan import Walker
 from hertzchain.engines.native.simulation import Run, Simulation, start_of
 from hertzchain.errors import RunFailed
 from hertzchain.limits import Deadline, refuse_memory
-from hertzchain.observables.contact_errors import Peaks
-from hertzchain.observables.error_bound import SAFETIES, diverged
+from hertzchain.observables.error_bound import SAFETIES, Peaks, diverged
 from hertzchain.observables.first_pulse import Signals
 from hertzchain.observables.samples import DampedLaw, Recorder, Samples
 from hertzchain.observables.watch import Watch

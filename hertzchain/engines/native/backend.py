@@ -23,7 +23,7 @@ from hertzchain.engines.native.simulation import Prepared, Run, Simulation, work
 from hertzchain.errors import POSITIVE, StepUnstable, is_positive, require
 from hertzchain.limits import RTOL, TIGHTEST, TIME_LIMIT, Deadline, check_time_limit
 from hertzchain.observables import error_bound
-from hertzchain.observables.contact_errors import ContactErrors
+from hertzchain.observables.error_bound import ContactErrors
 from hertzchain.observables.first_pulse import check_wanted, finds_end, usually_wanted
 from hertzchain.observables.gauges import readings
 from hertzchain.observables.peaks import times_of_peaks

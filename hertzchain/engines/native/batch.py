@@ -50,8 +50,7 @@ from hertzchain.limits import (
     refuse_memory,
     usable_cores,
 )
-from hertzchain.observables.contact_errors import Peaks
-from hertzchain.observables.error_bound import amplifies_errors
+from hertzchain.observables.error_bound import Peaks, amplifies_errors
 from hertzchain.observables.first_pulse import (
     LATEST,
     WANTED,

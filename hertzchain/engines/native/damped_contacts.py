@@ -16,14 +16,17 @@ from typing import Any
 import numpy as np
 
 from hertzchain.observables.compiling import ONE, compiled
-from hertzchain.observables.interpolant import hermite, quintic, slope_at, value_at
 from hertzchain.observables.observer import (
     acting_force,
     acting_rate,
     has_news,
+    hermite,
     highest,
     look,
     power_of,
+    quintic,
+    slope_at,
+    value_at,
 )
 
 PARTS = 8

@@ -23,8 +23,7 @@ from hertzchain.engines.native.simulation import (
 )
 from hertzchain.errors import RunFailed, TooExpensive
 from hertzchain.limits import Deadline, refuse_memory
-from hertzchain.observables.contact_errors import ContactErrors, Peaks
-from hertzchain.observables.error_bound import SAFETIES
+from hertzchain.observables.error_bound import SAFETIES, ContactErrors, Peaks
 from hertzchain.observables.first_pulse import LATEST, Signals, finds_end, usual_end
 from hertzchain.observables.samples import Recorder
 from hertzchain.scene.scene import Scene

@@ -65,8 +65,15 @@ from hertzchain.observables.compiling import (
     larger,
     part,
 )
-from hertzchain.observables.interpolant import hertz_force
-from hertzchain.observables.observer import Watch, has_news, highest, look, read_off, usual_end
+from hertzchain.observables.observer import (
+    Watch,
+    has_news,
+    hertz_force,
+    highest,
+    look,
+    read_off,
+    usual_end,
+)
 
 DIP = 0.75
 """Factor on the step: see ``scan``. A half would suffice if overlap rates were parabolas."""

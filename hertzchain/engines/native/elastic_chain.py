@@ -9,7 +9,7 @@ import numpy as np
 
 from hertzchain.arrays import FloatArray
 from hertzchain.observables.compiling import ONE, compiled, part
-from hertzchain.observables.interpolant import (
+from hertzchain.observables.observer import (
     hermite,
     hertz_force,
     hertz_force_rate,

