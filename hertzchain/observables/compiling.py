@@ -14,8 +14,21 @@ from numba.core.caching import FunctionCache, NullCache
 from numba.core.options import DefaultOptions
 from numba.core.runtime.nrt import rtsys
 from numba.extending import intrinsic, register_jitable
+from numpy.typing import NDArray
 
 from hertzchain.observables.preparation import begins, ends
+
+Record = Any
+"""A record of a structured array in compiled code: its dtype says which fields it has."""
+
+Records = NDArray[np.void]
+"""An array of records."""
+
+NumbaObject = Any
+"""What Numba hands to its extensions: its package has no types."""
+
+Function = Callable[..., Any]
+"""A function to compile, or a compiled one."""
 
 UNCOUNTED = {"_nrt": False} if hasattr(DefaultOptions, "_nrt") else {}
 """Code without arrays need not count references to them: counting costs a quarter of a run."""
@@ -24,25 +37,25 @@ UNCOUNTED = {"_nrt": False} if hasattr(DefaultOptions, "_nrt") else {}
 class _Telling:
     """Reports to ``preparation`` when a kernel is loaded or compiled."""
 
-    def load_overload(self, sig: Any, target_context: Any) -> Any:
+    def load_overload(self, sig: NumbaObject, target_context: NumbaObject) -> Any:
         begins()
         kernel = self._found(sig, target_context)
         (begins if kernel is None else ends)(compiles=kernel is None)
         return kernel
 
-    def save_overload(self, sig: Any, data: Any) -> None:
+    def save_overload(self, sig: NumbaObject, data: NumbaObject) -> None:
         ends(compiles=True)
         with suppress(Exception):
             super().save_overload(sig, data)  # type: ignore[misc]
         ends()
 
-    def _found(self, *_: Any) -> Any: ...
+    def _found(self, *_: NumbaObject) -> Any: ...
 
 
 class Kept(_Telling, FunctionCache):
     """Compiled code in a folder; if anything there fails, the code is compiled again."""
 
-    def _found(self, sig: Any, target_context: Any) -> Any:
+    def _found(self, sig: NumbaObject, target_context: NumbaObject) -> Any:
         with suppress(Exception):  # what was damaged can raise anything
             rtsys.initialize(target_context)  # Numba loads more: a quarter of a short command
             with self._guard_against_spurious_io_errors():  # Windows: another process writes
@@ -54,7 +67,7 @@ class Kept(_Telling, FunctionCache):
         return None
 
 
-def kept(function: Any, stamp: Any) -> Any:
+def kept(function: Function, stamp: NumbaObject) -> Any:
     """Return the store of a function's code, valid while its source has a stamp."""
     with suppress(RuntimeError, OSError):  # no folder can be written
         cache = Kept(function)
@@ -74,12 +87,12 @@ _HOW: dict[str, Any] = {
 }
 
 
-def compiled(function: Any) -> Any:
+def compiled(function: Function) -> Any:
     """Compile a function that kernels call; it makes no arrays, and Python cannot call it."""
     return njit(**_HOW, **UNCOUNTED, no_cpython_wrapper=True)(function)
 
 
-def part(function: Any) -> Any:
+def part(function: Function) -> Any:
     """A function that is compiled only in the kernels that call it; elsewhere it is plain Python.
 
     All kernels compile in two thirds of the time that they take with ``compiled``. It is not used
@@ -88,14 +101,14 @@ def part(function: Any) -> Any:
     return register_jitable(**_HOW, **UNCOUNTED)(function)
 
 
-def compiled_and_kept(**how: Any) -> Callable[[Any], Any]:
+def compiled_and_kept(**how: bool) -> Callable[[Function], Any]:
     """Compile a kernel, which Python calls, once, and keep it on disk with all that it calls.
 
     It is compiled again when its file changes, or a file of this package that it imports, directly
     or not: Numba itself detects changes only in the kernel's own file.
     """
 
-    def keep(function: Any) -> Any:
+    def keep(function: Function) -> Any:
         kernel = njit(**_HOW, **how)(function)
         kernel._cache = kept(function, _stamps(Path(function.__code__.co_filename)))
         return kernel
@@ -121,7 +134,7 @@ _IMPORTED = re.compile(r"^from hertzchain\.((?:observables|engines\.native)\.\w+
 _PACKAGE = Path(__file__).parents[1]
 
 
-def compiled_without_nan(function: Any) -> Any:
+def compiled_without_nan(function: Function) -> Any:
     """As ``compiled``; with ``larger`` the compiler uses vector instructions for maxima.
 
     A maximum with NaN can be any number. NaN occurs only if the motion diverged, which its energy
@@ -131,13 +144,13 @@ def compiled_without_nan(function: Any) -> Any:
     return njit(**how, **UNCOUNTED, no_cpython_wrapper=True)(function)
 
 
-def _larger_of_two(_: Any, a: Any, b: Any) -> Any:
+def _larger_of_two(_: NumbaObject, a: NumbaObject, b: NumbaObject) -> Any:
     """The larger of two numbers of one type, neither NaN.
 
     LLVM makes no vector instructions of ``max``: runs of 400 granules take 1.5 times as long.
     """
 
-    def lowered(_: Any, builder: Any, __: Any, numbers: Any) -> Any:
+    def lowered(_: NumbaObject, builder: NumbaObject, __: NumbaObject, numbers: NumbaObject) -> Any:
         sure = {"flags": ("nnan", "nsz")}
         return builder.select(builder.fcmp_ordered(">", *numbers, **sure), *numbers, **sure)
 

@@ -7,15 +7,18 @@ the contact is pressed harder: so a wrong stiffness or damping in a code still s
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
-from hertzchain.observables.compiling import compiled_and_kept, part
+from hertzchain.observables.compiling import Record, Records, compiled_and_kept, part
 from hertzchain.observables.observer import (
     Piece,
+    Polynomial,
+    State,
+    Step,
     Watch,
     curvature_at,
     curve_of,
@@ -76,8 +79,14 @@ class Loads(NamedTuple):
 
 @part
 def touch(
-    start: Any, end: Any, h: float, force: float, damping: float, inverse_mass: float, late: float
-) -> Any:
+    start: State,
+    end: State,
+    h: float,
+    force: float,
+    damping: float,
+    inverse_mass: float,
+    late: float,
+) -> tuple[float, State, float]:  # fmt: skip
     """When a dashpot closes within an interval, at whose end it is pressed, and how.
 
     No polynomial crosses the jump of its force, so that the interval begins there. The motion
@@ -103,14 +112,14 @@ def touch(
 
 
 @part
-def _state(motion: Any, n: int, i: int) -> Any:
+def _state(motion: FloatArray, n: int, i: int) -> State:
     """Value and derivatives of one of some motions, shape (4, samples, ...), at a sample."""
     return motion[0, n, i], motion[1, n, i], motion[2, n, i], motion[3, n, i]
 
 
 @part
 def _ratio(
-    start: Any, end: Any, f0: float, f1: float, stiffness: float, damping: float, s: Any,
+    start: State, end: State, f0: float, f1: float, stiffness: float, damping: float, s: Record,
     otherwise: float,
 ) -> float:  # fmt: skip
     """Force of the run over that of the law at the end with the larger force, or pull."""
@@ -120,13 +129,13 @@ def _ratio(
 
 
 @part
-def _jumps(start: Any, end: Any, s: Any) -> bool:
+def _jumps(start: State, end: State, s: Record) -> bool:
     """Whether the force of a dashpot jumps as it closes within an interval."""
     return bool(s.damping > 0.0 and s.exponent == 0.0 and start[0] <= 0.0 < end[0])
 
 
 @part
-def _opening(curve: Any, first: float, last: float) -> float:
+def _opening(curve: Polynomial, first: float, last: float) -> float:
     """Place where an overlap passes 0; 0 or 1, at the end with less of it, where it does not."""
     rises = last > first
     if min(first, last) >= 0.0:
@@ -140,7 +149,9 @@ def _opening(curve: Any, first: float, last: float) -> float:
 
 
 @part
-def _integrate(loads: Any, p: Any, k: int, first: float, last: float, late: float, s: Any) -> None:
+def _integrate(
+    loads: Loads, p: Piece, k: int, first: float, last: float, late: float, s: Record
+) -> None:
     """Add the energy lost in a damper, and the impulse of the force.
 
     Forces near an opening are smooth in the square root of the distance from there.
@@ -165,7 +176,7 @@ def _integrate(loads: Any, p: Any, k: int, first: float, last: float, late: floa
 
 
 @part
-def _keep(loads: Any, k: int, force: float, time: float, error: float) -> None:
+def _keep(loads: Loads, k: int, force: float, time: float, error: float) -> None:
     """Keep a maximum between samples, whose force may have an error."""
     loads.at_most[k] = max(loads.at_most[k], force + error)
     loads.at_least[k] = max(loads.at_least[k], force - error)
@@ -178,7 +189,9 @@ def _keep(loads: Any, k: int, force: float, time: float, error: float) -> None:
 
 
 @part
-def _keep_samples(signals: Any, loads: Any, time: Any, motion: Any, force: Any) -> None:
+def _keep_samples(
+    signals: Records, loads: Loads, time: FloatArray, motion: FloatArray, force: FloatArray
+) -> None:
     """Keep the largest samples, and the ratio of their forces to those of the law."""
     for k in range(signals.size):
         s, best = signals[k], 0
@@ -199,7 +212,7 @@ def _keep_samples(signals: Any, loads: Any, time: Any, motion: Any, force: Any) 
 
 @compiled_and_kept()
 def keep_loads(
-    signals: Any, loads: Loads, time: FloatArray, motion: FloatArray, force: FloatArray,
+    signals: Records, loads: Loads, time: FloatArray, motion: FloatArray, force: FloatArray,
     inverse_mass: FloatArray, late: float,
 ) -> None:  # fmt: skip
     """Add samples, and the intervals between them, to what contacts have shown.
@@ -268,7 +281,7 @@ def keep_loads(
 
 
 @part
-def _place_of(at: float, time: Any, n: int) -> Any:
+def _place_of(at: float, time: FloatArray, n: int) -> tuple[int, float]:
     """The interval of a time, from the n-th on, and the place in it."""
     while n < time.size - 2 and time[n + 1] <= at:
         n += 1
@@ -297,7 +310,7 @@ def motion_at(
 
 @compiled_and_kept()
 def forces_at(
-    signals: Any, times: FloatArray, time: FloatArray, motion: FloatArray, force: FloatArray,
+    signals: Records, times: FloatArray, time: FloatArray, motion: FloatArray, force: FloatArray,
     contact_force: FloatArray,
 ) -> None:  # fmt: skip
     """Fill in contact forces at times within samples, shape (times, contacts).
@@ -318,7 +331,7 @@ def forces_at(
 
 
 @part
-def _rate_of(state: Any, scale: float, stiffness: float, damping: float, s: Any) -> float:
+def _rate_of(state: State, scale: float, stiffness: float, damping: float, s: Record) -> float:
     """Rate of the force of a contact of a signal at an end of a step."""
     return float(scale * law_rate(max(state[0], 0.0), state[1], state[2], stiffness, damping, s))
 
@@ -361,7 +374,5 @@ def observe_samples(
             f0, f1 = s.weight * f0, s.weight * f1
             spread = s.weight * h * (abs(rate0) + abs(rate1))
             if has_news(s, min(f0, f1) - spread, max(f0, f1) + spread):
-                look(
-                    w, k, begin, h, start, end, other_start, other_end, scale, other_scale, f0, f1,
-                    smooth,
-                )  # fmt: skip
+                step = Step(begin, h, start, end, other_start, other_end, scale, other_scale)
+                look(w, k, step, f0, f1, smooth)

@@ -13,14 +13,35 @@ the next, so that neither a dip nor a hump between the ends of a step is missed.
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from collections.abc import Sequence
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
-from hertzchain.observables.compiling import compiled, compiled_and_kept, part
+from hertzchain.observables.compiling import Record, Records, compiled, compiled_and_kept, part
 from hertzchain.observables.peaks import SIGNIFICANT
+
+State = tuple[float, float, float, float]
+"""Overlap of a contact and its first three derivatives; the third is NaN where it is not known."""
+
+Polynomial = tuple[float, float, float, float, float, float, float, float]
+"""Coefficients of an overlap in a step over the place s in it, from 0 to 1; s^7 is the last."""
+
+
+class ContactLaw(Protocol):
+    """The fields of ``samples.DampedLaw`` that make signals."""
+
+    @property
+    def stiffness(self) -> FloatArray: ...  # noqa: D102
+    @property
+    def damping(self) -> FloatArray: ...  # noqa: D102
+    @property
+    def exponent(self) -> float: ...  # noqa: D102
+    @property
+    def attraction(self) -> bool: ...  # noqa: D102
+
 
 _BINOMIAL = (1.0, 6.0, 15.0, 20.0, 15.0, 6.0, 1.0)
 
@@ -38,7 +59,7 @@ def hertz_force_rate(r: float, rate: float) -> float:
 
 
 @part
-def hermite(start: Any, end: Any, h: float) -> Any:
+def hermite(start: State, end: State, h: float) -> Polynomial:
     """Coefficients in s = (t - t_start) / h of the polynomial of degree 7 that meets both ends."""
     x, p, q, c = np.float64(start[0]), start[1] * h, start[2] * h * h / 2, start[3] * h**3 / 6
     # Differences at the end from the cubic of the start, in value and three derivatives.
@@ -56,7 +77,9 @@ def hermite(start: Any, end: Any, h: float) -> Any:
 
 
 @part
-def quintic(u0: Any, v0: Any, a0: Any, u1: Any, v1: Any, a1: Any, h: float) -> Any:
+def quintic(
+    u0: float, v0: float, a0: float, u1: float, v1: float, a1: float, h: float
+) -> Polynomial:
     """Coefficients of the polynomial of degree 5 that meets value and two derivatives."""
     p, b = v0 * h, a0 * h * h / 2
     d = u1 - u0 - p - b
@@ -72,7 +95,7 @@ def quintic(u0: Any, v0: Any, a0: Any, u1: Any, v1: Any, a1: Any, h: float) -> A
 
 
 @part
-def value_at(c: Any, s: float) -> float:
+def value_at(c: Polynomial, s: float) -> float:
     """Value of a polynomial of degree 7 at s."""
     return c[0] + s * (
         c[1] + s * (c[2] + s * (c[3] + s * (c[4] + s * (c[5] + s * (c[6] + s * c[7])))))
@@ -80,7 +103,7 @@ def value_at(c: Any, s: float) -> float:
 
 
 @part
-def slope_at(c: Any, s: float) -> float:
+def slope_at(c: Polynomial, s: float) -> float:
     """Its first derivative with respect to s."""
     return c[1] + s * (
         2 * c[2] + s * (3 * c[3] + s * (4 * c[4] + s * (5 * c[5] + s * (6 * c[6] + s * 7 * c[7]))))
@@ -88,7 +111,7 @@ def slope_at(c: Any, s: float) -> float:
 
 
 @part
-def curvature_at(c: Any, s: float) -> float:
+def curvature_at(c: Polynomial, s: float) -> float:
     """Its second derivative with respect to s."""
     return 2 * c[2] + s * (
         6 * c[3] + s * (12 * c[4] + s * (20 * c[5] + s * (30 * c[6] + s * 42 * c[7])))
@@ -96,7 +119,7 @@ def curvature_at(c: Any, s: float) -> float:
 
 
 @part
-def _bernstein(c: Any, low: float, width: float, b: Any) -> None:
+def _bernstein(c: Polynomial, low: float, width: float, b: FloatArray) -> None:
     """Bernstein coefficients of the slope from low to low + width, times width."""
     for k in range(7):
         b[k] = (k + 1) * c[k + 1]
@@ -112,7 +135,7 @@ def _bernstein(c: Any, low: float, width: float, b: Any) -> None:
 
 
 @part
-def is_monotone(c: Any, b: Any) -> bool:
+def is_monotone(c: Polynomial, b: FloatArray) -> bool:
     """Whether a polynomial of degree 7 surely rises or falls all the way from 0 to 1.
 
     ``b`` is room for coefficients, shape (7,).
@@ -251,13 +274,13 @@ class Watch(NamedTuple):
         What was read off at the end, shape (signals,): see ``PULSE``.
     """
 
-    signals: Any
-    maxima: Any
+    signals: Records
+    maxima: Records
     falls: FloatArray
-    pieces: Any
+    pieces: Records
     room: FloatArray
     contacts: NDArray[np.int64]
-    pulses: Any
+    pulses: Records
 
 
 class Law(NamedTuple):
@@ -278,13 +301,46 @@ class Piece(NamedTuple):
 
     begin: float
     h: float
-    a: Any
-    b: Any
+    a: Polynomial
+    b: Polynomial
     scale: float
     other_scale: float
 
 
-def watch_of(signals: Any, contacts: int) -> Watch:
+class Step(NamedTuple):
+    """A step that a signal is looked at in.
+
+    Parameters
+    ----------
+    begin, h
+        Begin and length of the step.
+    start, end, other_start, other_end
+        Overlap and its first three derivatives of both contacts at both ends; the third is NaN
+        where it is not known.
+    scale, other_scale
+        Forces of the run over those of the law.
+    """
+
+    begin: float
+    h: float
+    start: State
+    end: State
+    other_start: State
+    other_end: State
+    scale: float
+    other_scale: float
+
+
+class Stretch(NamedTuple):
+    """A part of a step, its ends from 0 to 1, and the dynamic forces there."""
+
+    low: float
+    high: float
+    before: float
+    top: float
+
+
+def watch_of(signals: Records, contacts: int) -> Watch:
     """Return a watch on signals, the first of which are those of all contacts."""
     count = signals.size
     pulses = np.zeros(count, PULSE)
@@ -296,7 +352,9 @@ def watch_of(signals: Any, contacts: int) -> Watch:
     )  # fmt: skip
 
 
-def signals_of(law: Any, static: FloatArray | None = None, pairs: Any = ()) -> Any:
+def signals_of(
+    law: ContactLaw, static: FloatArray | None = None, pairs: Sequence[tuple[int, int]] = ()
+) -> Records:
     """Return the signals of all contacts, then of gauges in granules, with their ``DampedLaw``.
 
     ``static`` is the static force of each contact, 0 by default; ``pairs`` are the places of both
@@ -362,20 +420,20 @@ def acting_rate(
 
 
 @part
-def law_of(d: float, w: float, stiffness: float, damping: float, s: Any) -> float:
+def law_of(d: float, w: float, stiffness: float, damping: float, s: Record) -> float:
     """Force of a contact of a signal; 0 or more where contacts do not attract."""
     force = acting_force(d, w, stiffness, damping, s.exponent)
     return force if s.attracts != 0.0 else max(force, 0.0)
 
 
 @part
-def law_rate(d: float, w: float, bend: float, stiffness: float, damping: float, s: Any) -> float:
+def law_rate(d: float, w: float, bend: float, stiffness: float, damping: float, s: Record) -> float:
     """Rate of that force, where it is not limited to 0."""
     return acting_rate(d, w, bend, stiffness, damping, s.exponent)
 
 
 @part
-def force_at(p: Any, place: float, s: Any) -> float:
+def force_at(p: Piece, place: float, s: Record) -> float:
     """Dynamic force of a signal at a place of a step, from 0 to 1."""
     w = slope_at(p.a, place) / p.h
     force = p.scale * law_of(value_at(p.a, place), w, s.stiffness, s.damping, s)
@@ -388,7 +446,7 @@ def force_at(p: Any, place: float, s: Any) -> float:
 
 
 @part
-def rate_at(p: Any, place: float, s: Any) -> float:
+def rate_at(p: Piece, place: float, s: Record) -> float:
     """Rate of the force of a signal at a place of a step."""
     w, bend = slope_at(p.a, place) / p.h, curvature_at(p.a, place) / (p.h * p.h)
     rate = p.scale * law_rate(value_at(p.a, place), w, bend, s.stiffness, s.damping, s)
@@ -401,7 +459,7 @@ def rate_at(p: Any, place: float, s: Any) -> float:
 
 
 @part
-def curve_of(start: Any, end: Any, h: float) -> Any:
+def curve_of(start: State, end: State, h: float) -> Polynomial:
     """The overlap in a step; of lower degree where a third derivative is not known."""
     if start[3] != start[3] or end[3] != end[3]:
         return quintic(start[0], start[1], start[2], end[0], end[1], end[2], h)
@@ -410,8 +468,8 @@ def curve_of(start: Any, end: Any, h: float) -> Any:
 
 @compiled
 def _place(
-    p: Any, level: float, low: float, high: float, at_low: float, at_high: float, of_rate: bool,
-    s: Any,
+    p: Piece, level: float, low: float, high: float, at_low: float, at_high: float, of_rate: bool,
+    s: Record,
 ) -> float:  # fmt: skip
     """Place between low and high where the force, or its rate, crosses a level, by Illinois.
 
@@ -442,7 +500,7 @@ def _place(
 
 
 @compiled
-def extrema(p: Any, edge: float, places: FloatArray, s: Any) -> int:
+def extrema(p: Piece, edge: float, places: FloatArray, s: Record) -> int:
     """Fill in where in a step a force has extrema, from [1] on, and return how many.
 
     Maxima and minima take turns. An ``edge`` at both ends of the step is left out.
@@ -463,9 +521,9 @@ def extrema(p: Any, edge: float, places: FloatArray, s: Any) -> int:
 
 @compiled
 def highest(
-    start: Any, end: Any, h: float, stiffness: float, damping: float, exponent: float,
+    start: State, end: State, h: float, stiffness: float, damping: float, exponent: float,
     attracts: float,
-) -> Any:  # fmt: skip
+) -> tuple[float, float]:  # fmt: skip
     """The highest maximum of the force of a contact within a step, and its place from 0 to 1.
 
     Twice 0 where there is none. Arguments are as for ``look``.
@@ -489,14 +547,14 @@ def highest(
 
 
 @part
-def _row(s: Any, n: int) -> int:
+def _row(s: Record, n: int) -> int:
     """Row of the n-th piece of a signal, from the oldest one on."""
     return (s.oldest + n) % PIECES
 
 
 @part
-def _piece_of(row: Any) -> Any:
-    """The force of a signal in a kept piece."""
+def _piece_of(row: Step | Record) -> Piece:
+    """The force of a signal in a step, or in a kept piece."""
     a = curve_of(row.start, row.end, row.h)
     b = curve_of(row.other_start, row.other_end, row.h)
     return Piece(row.begin, row.h, a, b, row.scale, row.other_scale)
@@ -511,7 +569,7 @@ def _cubic(s: float, f0: float, f1: float, rise0: float, rise1: float) -> float:
 
 
 @compiled
-def _reached(w: Any, k: int, level: float) -> float:
+def _reached(w: Watch, k: int, level: float) -> float:
     """When a signal first reached a level, at least half of its largest force so far.
 
     NaN where pieces that low had to be given up.
@@ -537,7 +595,7 @@ def _reached(w: Any, k: int, level: float) -> float:
 
 
 @part
-def _rate_of_piece(row: Any, place: float, s: Any) -> float:
+def _rate_of_piece(row: Record, place: float, s: Record) -> float:
     """Rate of the force at an end of a kept piece."""
     if row.scale == 0.0:
         return float(row.start[0] if place == 0.0 else row.end[0])
@@ -545,7 +603,7 @@ def _rate_of_piece(row: Any, place: float, s: Any) -> float:
 
 
 @part
-def _joins(row: Any, later: Any, to: Any, s: Any) -> bool:
+def _joins(row: Record, later: Record, to: Record, s: Record) -> bool:
     """Join two pieces into the cubic through both ends, if it is right where they meet."""
     begin, middle = row.begin + row.low * row.h, row.begin + row.high * row.h
     since, end = later.begin + later.low * later.h, later.begin + later.high * later.h
@@ -563,7 +621,7 @@ def _joins(row: Any, later: Any, to: Any, s: Any) -> bool:
 
 
 @compiled
-def _join(w: Any, k: int) -> None:
+def _join(w: Watch, k: int) -> None:
     """Join neighbouring pieces two by two; give up the oldest where none can be joined."""
     s = w.signals[k]
     kept, n = 0, 0
@@ -582,27 +640,24 @@ def _join(w: Any, k: int) -> None:
 
 
 @compiled
-def _keep_piece(
-    w: Any, k: int, p: Any, start: Any, end: Any, other_start: Any, other_end: Any, low: float,
-    high: float, before: float, top: float,
-) -> None:  # fmt: skip
+def _keep_piece(w: Watch, k: int, step: Step, part: Stretch) -> None:
     """Keep a part of a step in which a signal rises above all before; forget lower halves."""
     s = w.signals[k]
-    while s.pieces > 0 and w.pieces[k, s.oldest].top < top / 2:
+    while s.pieces > 0 and w.pieces[k, s.oldest].top < part.top / 2:
         s.oldest, s.pieces = (s.oldest + 1) % PIECES, s.pieces - 1
     if s.pieces == PIECES:
         _join(w, k)
     row = w.pieces[k, _row(s, s.pieces)]
     s.pieces += 1
-    row.begin, row.h, row.low, row.high, row.before, row.top = p.begin, p.h, low, high, before, top
+    row.begin, row.h, row.scale, row.other_scale = step.begin, step.h, step.scale, step.other_scale
+    row.low, row.high, row.before, row.top = part.low, part.high, part.before, part.top
     for n in range(4):
-        row.start[n], row.other_start[n] = start[n], other_start[n]
-        row.end[n], row.other_end[n] = end[n], other_end[n]
-    row.scale, row.other_scale = p.scale, p.other_scale
+        row.start[n], row.other_start[n] = step.start[n], step.other_start[n]
+        row.end[n], row.other_end[n] = step.end[n], step.other_end[n]
 
 
 @compiled
-def _begin_maximum(w: Any, k: int, force: float) -> None:
+def _begin_maximum(w: Watch, k: int, force: float) -> None:
     """Make room for a new maximum, larger than all before.
 
     Those below the lowest floor go first, as no pulse can be so weak any more; then, never the
@@ -628,7 +683,7 @@ def _begin_maximum(w: Any, k: int, force: float) -> None:
 
 
 @part
-def _set_levels(s: Any, force: float) -> None:
+def _set_levels(s: Record, force: float) -> None:
     """Set the total forces above and below which a step has something new."""
     s.above = s.static + force
     s.below = -math.inf
@@ -637,10 +692,7 @@ def _set_levels(s: Any, force: float) -> None:
 
 
 @compiled
-def _rise(
-    w: Any, k: int, p: Any, start: Any, end: Any, other_start: Any, other_end: Any, low: float,
-    high: float, before: float, top: float,
-) -> None:  # fmt: skip
+def _rise(w: Watch, k: int, p: Piece, step: Step, part: Stretch) -> None:
     """A signal rises within a part of a step to a dynamic force that is larger than all before."""
     s, maxima = w.signals[k], w.maxima[k]
     last = s.pulses - 1
@@ -653,33 +705,31 @@ def _rise(
             maxima[last].arrival = _reached(w, k, stands / 2)
             maxima[last].exceeded = math.inf
     if last < 0 or s.fallen > 0 or stood:
-        _begin_maximum(w, k, top)
-    _keep_piece(w, k, p, start, end, other_start, other_end, low, high, before, top)
+        _begin_maximum(w, k, part.top)
+    _keep_piece(w, k, step, part)
     maximum = maxima[s.pulses - 1]
-    maximum.force, maximum.time = top, p.begin + high * p.h
+    maximum.force, maximum.time = part.top, p.begin + part.high * p.h
     if s.slowness > 0.0:
         for n in range(s.pulses - 1):
             level = _FRONT_END_RATIO * maxima[n].force
-            if maxima[n].exceeded == math.inf and top > level:
-                place = _place(p, level, low, high, before, top, False, s)
+            if maxima[n].exceeded == math.inf and part.top > level:
+                place = _place(p, level, part.low, part.high, part.before, part.top, False, s)
                 maxima[n].exceeded = p.begin + p.h * place
     s.fallen = 0
-    _set_levels(s, top)
+    _set_levels(s, part.top)
 
 
 @compiled
-def _fall(
-    w: Any, k: int, p: Any, low: float, high: float, before: float, rest: float
-) -> None:  # fmt: skip
+def _fall(w: Watch, k: int, p: Piece, part: Stretch) -> None:
     """A signal falls within a part of a step through one of ``FALLS``, or several."""
     s = w.signals[k]
     last = s.pulses - 1
     maximum = w.maxima[k, last]
-    while s.fallen < 3 and rest <= FALLS[s.fallen] * maximum.force:
-        place = low
-        if high > low:
+    while s.fallen < 3 and part.top <= FALLS[s.fallen] * maximum.force:
+        place = part.low
+        if part.high > part.low:
             level = FALLS[s.fallen] * maximum.force
-            place = _place(p, level, low, high, before, rest, False, s)
+            place = _place(p, level, part.low, part.high, part.before, part.top, False, s)
         w.falls[k, last, s.fallen] = p.begin + place * p.h
         maximum.slope = max(maximum.slope, abs(rate_at(p, place, s)))
         if s.fallen == 1:
@@ -689,29 +739,17 @@ def _fall(
 
 
 @part
-def has_news(s: Any, least: float, most: float) -> bool:
+def has_news(s: Record, least: float, most: float) -> bool:
     """Whether a step matters in which the total force of a signal lies between two bounds."""
     return most > s.above or least <= s.below
 
 
 @compiled
-def look(
-    w: Any, k: int, begin: float, h: float, start: Any, end: Any, other_start: Any, other_end: Any,
-    scale: float, other_scale: float, f0: float, f1: float, smooth: bool,
-) -> None:  # fmt: skip
-    """Look at a signal within a step.
+def look(w: Watch, k: int, step: Step, f0: float, f1: float, smooth: bool) -> None:
+    """Look at a signal, by its number, within a step.
 
     Parameters
     ----------
-    w, k
-        The watch, and the number of the signal.
-    begin, h
-        Begin and length of the step.
-    start, end, other_start, other_end
-        Overlap and its first three derivatives of both contacts at both ends; the third is NaN
-        where it is not known.
-    scale, other_scale
-        Forces of the run over those of the law.
     f0, f1
         Total force at both ends. They may differ from those of the law where the force jumps.
     smooth
@@ -719,9 +757,7 @@ def look(
         extrema are searched: no polynomial has the force right after it.
     """
     s = w.signals[k]
-    p = Piece(
-        begin, h, curve_of(start, end, h), curve_of(other_start, other_end, h), scale, other_scale
-    )
+    p = _piece_of(step)
     places, count = w.room, 1
     places[0] = 0.0
     is_elastic = s.damping == 0.0 and s.other_stiffness == 0.0
@@ -730,24 +766,24 @@ def look(
     places[count] = 1.0
     force = f0 - s.static
     if s.pulses > 0 and f0 <= s.below:  # the force jumps
-        _fall(w, k, p, 0.0, 0.0, force, force)
+        _fall(w, k, p, Stretch(0.0, 0.0, force, force))
     elif f0 > s.above:
-        _rise(w, k, p, start, end, other_start, other_end, 0.0, 0.0, force, force)
+        _rise(w, k, p, step, Stretch(0.0, 0.0, force, force))
     for n in range(1, count + 1):
-        low, high = places[n - 1], places[n]
         before = force
-        force = f1 - s.static if n == count else force_at(p, high, s)
+        force = f1 - s.static if n == count else force_at(p, places[n], s)
+        part = Stretch(places[n - 1], places[n], before, force)
         if force > before and s.static + force > s.above:
-            _rise(w, k, p, start, end, other_start, other_end, low, high, before, force)
+            _rise(w, k, p, step, part)
         elif s.static + force <= s.below and s.pulses > 0:
-            _fall(w, k, p, low, high, before, force)
+            _fall(w, k, p, part)
 
 
 # ---- What is read off
 
 
 @part
-def _end_of(w: Any, k: int, fall: int, floor: float) -> int:
+def _end_of(w: Watch, k: int, fall: int, floor: float) -> int:
     """The first maximum of a signal that ends a pulse; the number of maxima where none does."""
     s, maxima = w.signals[k], w.maxima[k]
     least = floor * maxima[s.pulses - 1].force
@@ -758,7 +794,7 @@ def _end_of(w: Any, k: int, fall: int, floor: float) -> int:
 
 
 @part
-def _largest(w: Any) -> float:
+def _largest(w: Watch) -> float:
     """The largest dynamic force of all contacts so far."""
     most = 0.0
     for k in range(w.contacts[0]):
@@ -775,7 +811,7 @@ def _rounded_up(time: float) -> float:
 
 
 @compiled
-def usual_end(w: Any, otherwise: float, at: float, before: float) -> float:
+def usual_end(w: Watch, otherwise: float, at: float, before: float) -> float:
     """The default end of a run, as it is known at a time ``at``, natural units.
 
     ``at`` is what a run was to reach: the last step may end up to a unit later. ``before`` is the
@@ -819,7 +855,7 @@ def usual_end(w: Any, otherwise: float, at: float, before: float) -> float:
 
 
 @part
-def _force_of(w: Any, k: int, n: int, front: int) -> float:
+def _force_of(w: Watch, k: int, n: int, front: int) -> float:
     """The force of the pulse that ends at a maximum, with the last one, or before as a front."""
     s, maxima = w.signals[k], w.maxima[k]
     if front >= 0 and (n == s.pulses or maxima[front].exceeded < w.falls[k, n, 1]):

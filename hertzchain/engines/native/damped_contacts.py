@@ -17,6 +17,7 @@ import numpy as np
 
 from hertzchain.observables.compiling import ONE, compiled
 from hertzchain.observables.observer import (
+    Step,
     acting_force,
     acting_rate,
     has_news,
@@ -479,7 +480,7 @@ def _look(
     if fresh:
         first = first[0], first[1], first[2], math.nan
         before = before[0], before[1], before[2], math.nan
-    look(watch, k, begin, h, first, last, before, after, 1.0, 1.0, f0, f1, smooth)
+    look(watch, k, Step(begin, h, first, last, before, after, 1.0, 1.0), f0, f1, smooth)
 
 
 @compiled

@@ -66,6 +66,7 @@ from hertzchain.observables.compiling import (
     part,
 )
 from hertzchain.observables.observer import (
+    Step,
     Watch,
     has_news,
     hertz_force,
@@ -205,7 +206,8 @@ def observe(
         least, most = _range(u0, v0, a, u, v, g, i, h, slack, chain)
         if has_news(watch.signals[i], least, most):
             start, end, f0, f1 = _ends(u0, v0, u, v, i, lo, leg, begin, h, off, chain)
-            look(watch, i, begin, h, start, end, nothing, nothing, 1.0, 1.0, f0, f1, True)
+            step = Step(begin, h, start, end, nothing, nothing, 1.0, 1.0)
+            look(watch, i, step, f0, f1, True)
     for k in range(watch.contacts[0], watch.signals.size):
         s = watch.signals[k]
         i, j = s.contact, s.other
@@ -219,10 +221,8 @@ def observe(
             if j >= 0:
                 before, after, g0, g1 = _ends(u0, v0, u, v, j, lo, leg, begin, h, off, chain)
                 f0, f1 = f0 + g0, f1 + g1
-            look(
-                watch, k, begin, h, start, end, before, after, 1.0, 1.0, s.weight * f0,
-                s.weight * f1, True,
-            )  # fmt: skip
+            step = Step(begin, h, start, end, before, after, 1.0, 1.0)
+            look(watch, k, step, s.weight * f0, s.weight * f1, True)
 
 
 @part
