@@ -26,7 +26,7 @@ import numpy as np
 import pandas
 
 import hertzchain as hc
-from hertzchain.engines.lammps import dialect
+from hertzchain.engines.lammps import deck
 from hertzchain.engines.lammps.engine import command, engine
 from hertzchain.engines.native.plan import cheapest as plan
 from hertzchain.engines.native.simulation import simulate
@@ -115,10 +115,10 @@ def best(work: Callable[[], object], repeats: int) -> float:
 def plain_deck(scene: hc.Scene, dt: float) -> None:
     """Run the lean deck from start to end, without watching peaks."""
     with engine() as lammps:
-        command(lammps, dialect.set_up(scene))
+        command(lammps, deck.set_up(scene))
         before = None
         for leg in scene.schedule(dt):
-            lines = [*dialect.leg_commands(scene, leg, before), f"run {leg.steps} post no"]
+            lines = [*deck.leg_commands(scene, leg, before), f"run {leg.steps} post no"]
             command(lammps, "\n".join(lines))
             before = leg
 

@@ -18,7 +18,7 @@ import numpy as np
 
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.lammps import dialect
+from hertzchain.engines.lammps import deck
 from hertzchain.engines.native import simulation
 from hertzchain.engines.native.simulation import Prepared
 from hertzchain.observables.error_bound import Peaks
@@ -43,20 +43,20 @@ CAUGHT = "that of the check, which has to be exceeded, with the verdict fail"
 
 def force_at(time: str) -> AbstractContextManager[Any]:
     """Another time in the formula of the applied force."""
-    original = dialect.force_formula
+    original = deck.force_formula
     return patch.object(
-        dialect, "force_formula", lambda ramp: re.sub(r"\btime\b", time, original(ramp))
+        deck, "force_formula", lambda ramp: re.sub(r"\btime\b", time, original(ramp))
     )
 
 
 def force_that_stays() -> AbstractContextManager[Any]:
     """The force is not dropped after the pulse."""
-    original = dialect.leg_commands
+    original = deck.leg_commands
 
     def without_unfix(scene: hc.Scene, leg: Leg, before: Leg | None) -> list[str]:
         return [line for line in original(scene, leg, before) if line != "unfix shock"]
 
-    return patch.object(dialect, "leg_commands", without_unfix)
+    return patch.object(deck, "leg_commands", without_unfix)
 
 
 def peaks_of_samples() -> AbstractContextManager[Any]:

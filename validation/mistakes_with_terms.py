@@ -12,7 +12,7 @@ import numpy as np
 
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.lammps import dialect
+from hertzchain.engines.lammps import deck
 from hertzchain.engines.lammps.dialect import NO_FRICTION
 from hertzchain.scene.granules import Granules
 from validation.planting import DAMPING, POSITION, STIFFNESS, Mistake, in_set_up
@@ -33,27 +33,27 @@ def without_a_gap(scene: hc.Scene) -> hc.Scene:
 
 def gap_lost() -> AbstractContextManager[Any]:
     """The deck is that of a scene without one of its gaps."""
-    original = dialect.set_up
+    original = deck.set_up
     return patch.object(
-        dialect, "set_up", lambda scene, *style: original(without_a_gap(scene), *style)
+        deck, "set_up", lambda scene, *style: original(without_a_gap(scene), *style)
     )
 
 
 def half_the_overlaps() -> AbstractContextManager[Any]:
     """Granules have the overlaps of half the precompression, which acts in full."""
-    original = dialect.granules
+    original = deck.granules
 
     def pressed_less(scene: hc.Scene, *style: str) -> list[str]:
         assert scene.precompression is not None
         half = replace(scene.precompression, force=scene.precompression.force / 2)
         return original(replace(scene, precompression=half), *style)
 
-    return patch.object(dialect, "granules", pressed_less)
+    return patch.object(deck, "granules", pressed_less)
 
 
 def wall_too_far() -> AbstractContextManager[Any]:
     """The wall is a micrometre too far from the last granule."""
-    original = dialect.held
+    original = deck.held
 
     def farther(scene: hc.Scene) -> list[str]:
         assert scene.wall is not None
@@ -62,7 +62,7 @@ def wall_too_far() -> AbstractContextManager[Any]:
         assert place is not None
         return lines.replace(place[1], repr(float(place[1]) + 1e-6)).split("\n")
 
-    return patch.object(dialect, "held", farther)
+    return patch.object(deck, "held", farther)
 
 
 def overlaps_of_the_contact_before() -> AbstractContextManager[Any]:

@@ -9,7 +9,7 @@ from typing import Any
 from unittest.mock import patch
 
 import hertzchain as hc
-from hertzchain.engines.lammps import dialect
+from hertzchain.engines.lammps import deck
 
 POSITION = "lammps: place of granules [m]"
 STIFFNESS = "lammps: stiffness of the contacts [N m^-1.5]"
@@ -35,7 +35,7 @@ def in_set_up(*changes: tuple[str, str]) -> Plant:
     """Replace text in the commands that create the chain."""
 
     def planted() -> AbstractContextManager[Any]:
-        original = dialect.set_up
+        original = deck.set_up
 
         def altered(*arguments: Any) -> str:
             text = original(*arguments)
@@ -45,6 +45,6 @@ def in_set_up(*changes: tuple[str, str]) -> Plant:
                 text = text.replace(old, new)
             return text
 
-        return patch.object(dialect, "set_up", altered)
+        return patch.object(deck, "set_up", altered)
 
     return planted

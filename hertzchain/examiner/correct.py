@@ -13,14 +13,15 @@ from typing import NamedTuple
 import numpy as np
 
 from hertzchain.arrays import FloatArray
+from hertzchain.engines.lammps.deck import force_formula
 from hertzchain.engines.lammps.dialect import (
     NO_FRICTION,
     WITHOUT_ATTRACTION,
     damping_number,
     damping_of,
-    force_formula,
 )
-from hertzchain.engines.lammps.reading.deck import Edits, FoundDeck
+from hertzchain.engines.lammps.reading.deck import FoundDeck
+from hertzchain.engines.lammps.reading.text import Edits
 from hertzchain.errors import RunFailed
 from hertzchain.examiner.examined import (
     ACTS,

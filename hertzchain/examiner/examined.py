@@ -13,14 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray, apart, or_none
-from hertzchain.engines.lammps.reading.deck import (
-    Edits,
-    Executed,
-    FoundDeck,
-    FoundFix,
-    Units,
-    lines_of,
-)
+from hertzchain.engines.lammps.reading.deck import Executed, FoundDeck, FoundFix, Units
+from hertzchain.engines.lammps.reading.text import Edits, lines_of
 from hertzchain.examiner.measured import (
     Law,
     Stretch,

@@ -9,8 +9,9 @@ from pathlib import Path
 
 import numpy as np
 
-from hertzchain.engines.lammps.reading.deck import UNITS, Edits, FoundDeck
+from hertzchain.engines.lammps.reading.deck import UNITS, FoundDeck
 from hertzchain.engines.lammps.reading.reading import DEPTH, Reader
+from hertzchain.engines.lammps.reading.text import Edits
 from hertzchain.engines.native.backend import Native
 from hertzchain.engines.native.duration import with_end
 from hertzchain.errors import RunFailed, SceneError, is_positive, require

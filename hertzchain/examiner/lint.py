@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Literal
 
 from hertzchain.engines.lammps import dialect
 from hertzchain.engines.lammps.dialect import BEFORE_ROOT_2, DEFAULT_SKIN, NUMBERS_OF
-from hertzchain.engines.lammps.reading.deck import (
+from hertzchain.engines.lammps.reading.text import (
     closed,
     in_ascii,
     lines_of,

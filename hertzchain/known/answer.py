@@ -18,16 +18,8 @@ from hertzchain.arrays import FloatArray
 from hertzchain.engines.external.engine import ProgramEngine
 from hertzchain.engines.external.rescaling import NONE, Softening, predicted_loss, softening
 from hertzchain.engines.external.terms import wall_position
-from hertzchain.engines.lammps.dialect import (
-    NO_STEP,
-    OLDEST,
-    START,
-    chain,
-    leg_commands,
-    oldest,
-    refuse_pair_style,
-    write_dump,
-)
+from hertzchain.engines.lammps.deck import START, chain, leg_commands, refuse_pair_style
+from hertzchain.engines.lammps.dialect import NO_STEP, OLDEST, oldest, write_dump
 from hertzchain.engines.native.backend import Native
 from hertzchain.engines.native.damped_verlet import samples_of, simulate_damped_verlet
 from hertzchain.engines.native.duration import with_end

@@ -9,7 +9,8 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.lammps.reading.deck import Edits, Executed, FoundDeck, FoundRun
+from hertzchain.engines.lammps.reading.deck import Executed, FoundDeck, FoundRun
+from hertzchain.engines.lammps.reading.text import Edits
 from hertzchain.errors import RunFailed, SceneError
 from hertzchain.examiner import examining
 from hertzchain.examiner.examined import DeckCheck, Finding, in_order

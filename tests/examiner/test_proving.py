@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 import hertzchain as hc
-from hertzchain.engines.lammps.reading.deck import Edits, Executed, FoundDeck
+from hertzchain.engines.lammps.reading.deck import Executed, FoundDeck
+from hertzchain.engines.lammps.reading.text import Edits
 from hertzchain.errors import RunFailed
 from hertzchain.examiner import correct
 from hertzchain.examiner.examined import Changes, DeckCheck, Place

@@ -18,7 +18,7 @@ from scipy.integrate import quad
 import hertzchain as hc
 from hertzchain import theory
 from hertzchain.engines import liggghts, yade
-from hertzchain.engines.lammps.dialect import force_formula
+from hertzchain.engines.lammps.deck import force_formula
 from hertzchain.engines.native.plan import METHODS
 from hertzchain.engines.native.simulation import simulate
 from hertzchain.errors import RunFailed, SceneError, TooExpensive

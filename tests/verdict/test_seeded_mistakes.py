@@ -13,7 +13,7 @@ import pytest
 
 import hertzchain as hc
 from hertzchain import theory
-from hertzchain.engines.lammps import dialect
+from hertzchain.engines.lammps import deck
 from hertzchain.engines.lammps.engine import command, engine
 from hertzchain.errors import RunFailed
 from hertzchain.verdict.check import Check
@@ -158,7 +158,7 @@ def test_the_deck_makes_as_many_granules_as_asked_for(granules: int) -> None:
     """LAMMPS makes its box a ten-thousandth longer at both ends; granules must not fill that."""
     scene = paper_scene("cosine", 1.0, 2.0, granules=granules)
     with engine() as lammps:
-        command(lammps, dialect.set_up(scene))
+        command(lammps, deck.set_up(scene))
         assert lammps.get_natoms() == granules
     checks = number_checks(scene, hc.Lammps().examine(scene))
     assert failed(tuple(checks)) == set()

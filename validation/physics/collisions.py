@@ -52,7 +52,7 @@ def steps_of(step: float) -> tuple[float, int]:
     return step * collision.length / collision.velocity, round(_LONGEST / step)
 
 
-def lammps_deck(option: Option, number: float, step: float) -> str:
+def deck(option: Option, number: float, step: float) -> str:
     """Deck for any LAMMPS."""
     dt, steps = steps_of(step)
     each = SCENE.granules

@@ -135,7 +135,7 @@ def compare(quick: bool, with_lammps: bool) -> list[Row]:
     for option in OPTIONS:
         if option.code == "LAMMPS":
             if with_lammps:
-                rows += measured(option, collisions.lammps_deck, collisions.by_lammps, quick)
+                rows += measured(option, collisions.deck, collisions.by_lammps, quick)
         elif not quick and shutil.which(option.code.lower()):
             rows += measured(option, *OTHERS[option.code], quick)
     return rows

@@ -16,7 +16,7 @@ from hertzchain.arrays import FloatArray
 from hertzchain.engines.external.engine import Code, ExternalEngine
 from hertzchain.engines.external.observation import BLOCK, Observation, reading_times, stops
 from hertzchain.engines.external.program import work_folder
-from hertzchain.engines.lammps import dialect
+from hertzchain.engines.lammps import deck
 from hertzchain.engines.lammps import engine as state
 from hertzchain.engines.lammps.binary import Binary, Program
 from hertzchain.engines.lammps.dialect import NO_STEP
@@ -98,7 +98,7 @@ class Lammps(ExternalEngine):
     wanted: str | None = None
 
     def __post_init__(self) -> None:
-        dialect.check_pair_style(self.pair_style)
+        deck.check_pair_style(self.pair_style)
         require(self.ranks >= 1, "ranks", self.ranks, "must be at least 1")
         alone = "the lammps module runs on one process: name also a LAMMPS binary with lmp"
         require(self.ranks == 1 or self.lmp is not None, "ranks", self.ranks, alone)
@@ -234,12 +234,12 @@ class _Module:
     ) -> str:
         """Run the deck of a scene, and read the state at the given interval of steps."""
         with engine() as lammps:
-            start = dialect.set_up(scene, self.pair_style, version_of(lammps))
+            start = deck.set_up(scene, self.pair_style, version_of(lammps))
             command(lammps, start + state.COMMANDS)
             seen.begin(state.granules(lammps))
             before = None
             for number, (leg, stride) in enumerate(zip(legs, strides, strict=True)):
-                command(lammps, "\n".join([*dialect.leg_commands(scene, leg, before), NO_STEP]))
+                command(lammps, "\n".join([*deck.leg_commands(scene, leg, before), NO_STEP]))
                 before = leg
                 wall = None if scene.wall is None else np.zeros(BLOCK + 1)
                 shape = (len(state.ARRAYS), scene.bodies, 3)

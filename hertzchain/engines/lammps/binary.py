@@ -19,7 +19,7 @@ from hertzchain.arrays import FloatArray
 from hertzchain.engines.external import observation
 from hertzchain.engines.external.observation import Observation, read_blocks, read_frames
 from hertzchain.engines.external.program import SAID, find_program, run_program, work_folder
-from hertzchain.engines.lammps import dialect, engine
+from hertzchain.engines.lammps import deck, dialect, engine
 from hertzchain.engines.lammps.engine import Child
 from hertzchain.errors import BackendMissing, RunFailed, StepUnstable, TooExpensive
 from hertzchain.limits import Deadline
@@ -208,7 +208,7 @@ class Binary:
             _refuse_dumps(observation.count_readings(legs, strides), scene.bodies, folder)
             rest = dialect.write_dump(_REST, ("x", "mass", "radius"))
             columns = _COLUMNS if scene.wall is None else (*_COLUMNS, dialect.WALL_FORCE)
-            start = dialect.set_up(scene, self.pair_style, self.program.build.version)
+            start = deck.set_up(scene, self.pair_style, self.program.build.version)
             lines = [start + engine.COMMANDS, rest]
             for k, (before, leg, stride) in enumerate(
                 zip((None, *legs[:-1]), legs, strides, strict=True)
@@ -232,7 +232,7 @@ def _leg(
     """Return the commands of a leg, cut as for the module, so that times are the same sums."""
     write = dialect.write_dump(f"{number}.dump", columns, append=True)
     go = f'{dialect.go_on(leg.steps)} every {stride} "{write}"'
-    return [*dialect.leg_commands(scene, leg, before), dialect.NO_STEP, write, go]
+    return [*deck.leg_commands(scene, leg, before), dialect.NO_STEP, write, go]
 
 
 def _read(

@@ -12,7 +12,7 @@ import pytest
 import hertzchain as hc
 from hertzchain.engines import liggghts, yade
 from hertzchain.engines.external.engine import ProgramEngine
-from hertzchain.engines.lammps import dialect
+from hertzchain.engines.lammps import deck as lammps_deck
 from hertzchain.errors import HertzchainError, RunFailed
 from hertzchain.observables.peaks import largest_difference
 from hertzchain.verdict.run_checks import balance_checks, same_steps_checks
@@ -67,7 +67,7 @@ def test_decks_have_no_mass_no_stiffness_and_no_damping_computed_here(name: str)
     scene = WRITTEN[name]
     legs, each = scene.schedule(0.1 * scene.contact_time), scene.granules
     strides = [1] * len(legs)
-    decks = [liggghts.watched(scene, legs, strides), dialect.set_up(scene)]
+    decks = [liggghts.watched(scene, legs, strides), lammps_deck.set_up(scene)]
     if name != "viscoelastic":  # which Yade does not have
         decks.append(yade.watched(scene, legs, strides))
     computed = [each.stiffness, each.mass, *([] if each.damping is None else [each.damping])]
@@ -109,7 +109,7 @@ def test_decks_that_would_be_too_long() -> None:
         liggghts.set_up(hc.Scene(hc.Chain(101, **unlike), hc.Striker(1.0)))
     long = hc.Scene(hc.Chain(100_001, **STEEL), hc.Striker(1.0))
     with pytest.raises(RunFailed, match="LAMMPS deck of 100001 granules would be too"):
-        dialect.set_up(long)
+        lammps_deck.set_up(long)
     with pytest.raises(RunFailed, match="LIGGGHTS deck of 100001 granules would be too"):
         liggghts.set_up(long)
     with pytest.raises(RunFailed, match="Yade with 100001 granules would be too long"):

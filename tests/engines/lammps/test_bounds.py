@@ -17,7 +17,8 @@ import pytest
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.external.step_error import usual_accuracy
-from hertzchain.engines.lammps.dialect import PAIR_STYLES, leg_commands, set_up
+from hertzchain.engines.lammps.deck import leg_commands, set_up
+from hertzchain.engines.lammps.dialect import PAIR_STYLES
 from hertzchain.engines.lammps.engine import command, engine
 from hertzchain.errors import Unpredictable
 from hertzchain.observables.peaks import largest_difference

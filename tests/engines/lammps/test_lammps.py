@@ -11,7 +11,8 @@ import pytest
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.external.observation import Granules, contact_forces, samples
-from hertzchain.engines.lammps.dialect import PAIR_STYLES, set_up
+from hertzchain.engines.lammps.deck import set_up
+from hertzchain.engines.lammps.dialect import PAIR_STYLES
 from hertzchain.engines.lammps.engine import command, engine, granules
 from hertzchain.engines.native.equations import Chain
 from hertzchain.engines.native.plan import METHODS

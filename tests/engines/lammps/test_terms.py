@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 import hertzchain as hc
-from hertzchain.engines.lammps.dialect import asked_of_tsuji, set_up, tsuji
+from hertzchain.engines.lammps.deck import set_up
+from hertzchain.engines.lammps.dialect import asked_of_tsuji, tsuji
 from hertzchain.errors import OverlapTooLarge, RunFailed, Unpredictable
 from hertzchain.observables.peaks import largest_difference
 from hertzchain.scene.terms import ALL_TERMS, DAMPING, DampingLaw

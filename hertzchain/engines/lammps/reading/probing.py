@@ -12,8 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.lammps.reading.deck import FoundWall, IntArray, Units, command_of, units_of
+from hertzchain.engines.lammps.reading.deck import FoundWall, IntArray, Units, units_of
 from hertzchain.engines.lammps.reading.session import DeckFix, Readings, Session
+from hertzchain.engines.lammps.reading.text import command_of
 from hertzchain.errors import RunFailed
 from hertzchain.scene.scene import Scene
 

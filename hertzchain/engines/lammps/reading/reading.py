@@ -22,29 +22,25 @@ from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.external.program import work_folder
-from hertzchain.engines.lammps import dialect
+from hertzchain.engines.lammps import deck
 from hertzchain.engines.lammps.binary import Program
 from hertzchain.engines.lammps.engine import Child, engine
-from hertzchain.engines.lammps.reading.deck import (
+from hertzchain.engines.lammps.reading.deck import Executed, FoundDeck, FoundRun, FoundWall, scaled
+from hertzchain.engines.lammps.reading.probing import Granules, Probes, Sizes, probe
+from hertzchain.engines.lammps.reading.session import Module, Piped, Session
+from hertzchain.engines.lammps.reading.text import (
     CONTROL,
     LEADS,
     Edits,
-    Executed,
-    FoundDeck,
-    FoundRun,
-    FoundWall,
     Line,
     Rules,
     edited,
     in_ascii,
-    scaled,
     shown,
     steps_of,
     without_comment,
     words_of,
 )
-from hertzchain.engines.lammps.reading.probing import Granules, Probes, Sizes, probe
-from hertzchain.engines.lammps.reading.session import Module, Piped, Session
 from hertzchain.engines.lammps.reading.watching import (
     Applied,
     Playing,
@@ -874,7 +870,7 @@ def examined_deck(scene: Scene, pair_style: str, version: str) -> str:
     legs = [
         leg.in_steps(_STEPS_PER_LEG) for leg in scene.schedule(_SCHEDULED_STEP * scene.units.time)
     ]
-    lines = [dialect.set_up(scene, pair_style, version)]
+    lines = [deck.set_up(scene, pair_style, version)]
     for before, leg in zip((None, *legs[:-1]), legs, strict=True):
-        lines += [*dialect.leg_commands(scene, leg, before), f"run {leg.steps}"]
+        lines += [*deck.leg_commands(scene, leg, before), f"run {leg.steps}"]
     return "\n".join(lines) + "\n"

@@ -28,7 +28,7 @@ from hertzchain.engines.external.observation import read_blocks, read_frames
 from hertzchain.engines.external.program import END_GROUP, if_killed, kill, start
 from hertzchain.engines.lammps import dialect
 from hertzchain.engines.lammps.engine import forget_shared_memory, one_command, version_of
-from hertzchain.engines.lammps.reading.deck import MOVES, QUIET, after_quotes, closed, command_of
+from hertzchain.engines.lammps.reading.text import MOVES, QUIET, after_quotes, closed, command_of
 from hertzchain.errors import BackendMissing, HertzchainError, RunFailed
 
 BLOCK = 256  # readings passed on together

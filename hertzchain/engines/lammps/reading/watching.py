@@ -13,18 +13,7 @@ from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.external.observation import contact_forces
-from hertzchain.engines.lammps.reading.deck import (
-    IGNORES_FORCES,
-    LEADS,
-    MOVES,
-    OF_MOTION,
-    QUIET,
-    Executed,
-    FoundFix,
-    FoundRun,
-    FoundWall,
-    number,
-)
+from hertzchain.engines.lammps.reading.deck import Executed, FoundFix, FoundRun, FoundWall
 from hertzchain.engines.lammps.reading.probing import DEPTHS, Granules, Probes, by_fix, members
 from hertzchain.engines.lammps.reading.session import (
     BLOCK,
@@ -32,6 +21,14 @@ from hertzchain.engines.lammps.reading.session import (
     GranulesChanged,
     Readings,
     Session,
+)
+from hertzchain.engines.lammps.reading.text import (
+    IGNORES_FORCES,
+    LEADS,
+    MOVES,
+    OF_MOTION,
+    QUIET,
+    number,
 )
 from hertzchain.errors import RunFailed
 from hertzchain.observables.samples import DampedLaw, Samples

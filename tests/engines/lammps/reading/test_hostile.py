@@ -11,9 +11,9 @@ import pytest
 
 from hertzchain.engines.lammps.binary import look
 from hertzchain.engines.lammps.engine import engine
-from hertzchain.engines.lammps.reading.deck import lines_of
 from hertzchain.engines.lammps.reading.reading import Interpreter
 from hertzchain.engines.lammps.reading.session import Module, Piped, Session
+from hertzchain.engines.lammps.reading.text import lines_of
 from hertzchain.errors import RunFailed
 from hertzchain.limits import Deadline
 from tests.command_line import Command

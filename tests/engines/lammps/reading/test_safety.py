@@ -13,7 +13,8 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.engines.lammps.binary import look
-from hertzchain.engines.lammps.reading.deck import FoundDeck, Rules, command_of, quoted, words_of
+from hertzchain.engines.lammps.reading.deck import FoundDeck
+from hertzchain.engines.lammps.reading.text import Rules, command_of, quoted, words_of
 from hertzchain.errors import BackendMissing, RunFailed, TooExpensive
 from hertzchain.limits import Deadline
 from tests.engines.lammps.reading.chains import BESIDE_PYTHON, OTHERS, SCENE, Deck, read_deck
