@@ -96,16 +96,13 @@ def require_one(**given: object) -> None:
     require(len(there) == 1, key, None, f"{allowed}, give exactly one of them")
 
 
-_LEAST_SIMILARITY = 0.7
-"""Least similarity of a misspelt word with a known one (chosen); friction and attraction: 0.67."""
-
-
 def did_you_mean(word: str, words: Iterable[str]) -> str:
     """Return the end of a sentence on an unknown word: a similar known word, or nothing."""
     import difflib
 
     by_letters = {name.lower(): name for name in reversed(list(words))}
-    near = difflib.get_close_matches(word.lower(), by_letters, 1, _LEAST_SIMILARITY)
+    # Least similarity of a misspelt word with a known one (chosen); friction and attraction: 0.67
+    near = difflib.get_close_matches(word.lower(), by_letters, 1, 0.7)
     return f"; did you mean {by_letters[near[0]]}?" if near else ""
 
 

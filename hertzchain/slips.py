@@ -38,8 +38,6 @@ from hertzchain.theory.restitution import damping_ratio, of_ratio
 # ---- Slips in a number
 
 NEAR = 0.003  # largest relative distance of a fitted factor from a slip that is named
-_CLEAR = 3.0  # times the distance of the nearest factor: factors beyond it are not named (chosen)
-_FACTOR_ERROR = 1e-4  # relative error of a fitted factor (measured with velocity Verlet)
 _UNITS = {
     "kN": 1e3, "MN": 1e6, "mN": 1e-3, "uN": 1e-6, "dyn": 1e-5, "kgf": 9.80665, "lbf": 4.4482216,
 }  # fmt: skip
@@ -133,7 +131,9 @@ def near(factors: dict[str, float], factor: float) -> list[str]:
     A factor that is clearly farther away than the nearest one is left out.
     """
     far = {words: abs(factor / q - 1) for words, q in factors.items() if abs(q - 1) > NEAR}
-    least = _CLEAR * max(min(far.values(), default=0.0), _FACTOR_ERROR)
+    # Times the distance of the nearest factor: factors beyond it are not named (chosen)
+    # Relative error of a fitted factor (measured with velocity Verlet)
+    least = 3.0 * max(min(far.values(), default=0.0), 1e-4)
     return [
         words for words, off in far.items()
         if off < min(NEAR, 0.1 * abs(factors[words] - 1), least)
@@ -163,20 +163,15 @@ def _named(text: str, names: list[str]) -> str:
 
 # ---- Wrong peaks, and how a mistake is tried on them
 
-_TRIAL_RTOL = 1e-8  # wanted accuracy of trial runs; smaller differences get no cause
-_TOLERANCE = 1e-8  # tolerance of a step, damped contacts: peaks are right to 2e-8 (measured)
-# Mean square jump over mean square residual: 2 for noise, 0.3 off for 59 contacts; 0.1 for waves,
-# and 1 where only the last contact is off, as in chains of another length (derived).
-_NOISE = 1.2
-_LEAST_PEAK = 1e-9  # peaks below this fraction of the reference count as zero
-
 
 def jumps_like_noise(values: FloatArray) -> bool:
     """Return whether values jump from contact to contact like noise about 0.
 
     For noise the mean square of jumps is twice that of the values (von Neumann).
     """
-    return bool(np.sum(np.diff(values) ** 2) >= _NOISE * np.sum(values**2))
+    # Mean square jump over mean square residual: 2 for noise, 0.3 off for 59 contacts; 0.1 for
+    # waves, and 1 where only the last contact is off, as in chains of another length (derived)
+    return bool(np.sum(np.diff(values) ** 2) >= 1.2 * np.sum(values**2))
 
 
 class Fit(NamedTuple):
@@ -225,7 +220,8 @@ class Case:
 
         If peaks are unknown in more contacts, nothing is returned: the mistake is impossible.
         """
-        lowest = _LEAST_PEAK * self.reference.peak_force[self.judged]
+        # Peaks below this fraction of the reference count as zero
+        lowest = 1e-9 * self.reference.peak_force[self.judged]
         given, tried = (
             np.maximum(force[self.judged], lowest) for force in (self.given, peak_force)
         )
@@ -238,15 +234,17 @@ class Case:
         Those of damped contacts are right to about 1e-8, by one run. They are NaN where there are
         none.
         """
-        how: dict[str, Any] = {"rtol": _TRIAL_RTOL}
+        # Wanted accuracy of trial runs; smaller differences get no cause
+        how: dict[str, Any] = {"rtol": 1e-8}
         if dt is not None:
             how = {"method": "velocity-verlet", "dt": dt}
         try:
             if scene.contact is not None:
                 from hertzchain.engines.native import damped_runs
 
+                # Tolerance of a step, damped contacts: peaks are right to 2e-8 (measured)
                 damped = damped_runs.simulate_damped(
-                    scene, _TOLERANCE, self.deadline, first=self.of_first_pulses
+                    scene, 1e-8, self.deadline, first=self.of_first_pulses
                 )
                 force, first = damped.peaks.force, damped.peaks.first
                 unit = scene.units.force
@@ -409,11 +407,9 @@ def _pulse(case: Case) -> Iterator[Mistake]:
 # ---- Mistakes by steps and samples
 
 _VERLET: Method = METHODS["velocity-verlet"]
-_MOST_LEGS = 100_000  # most legs of one step (chosen): half a second
 # usual steps, over a power of ten of seconds (chosen)
 _ROUND = (1.0, 1.25, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 7.5, 8.0)
 _SHORTEST = 0.01  # fraction of the longest step: shorter ones change the peaks by 1e-5 or less
-_SAMPLED_RTOL = 1e-6  # accuracy of runs that are sampled: samples are off by 1e-5 or more
 
 
 def velocity_verlet(
@@ -436,7 +432,8 @@ def velocity_verlet(
 def past_corners(scene: Scene, dt: float) -> list[Leg] | None:
     """Return equal steps that ignore the corners of the pulse; None for too many of them."""
     in_pulse = math.ceil(min(scene.ramps[-1].end, scene.end_time) / dt)
-    if in_pulse > _MOST_LEGS:
+    # Most legs of one step (chosen): half a second
+    if in_pulse > 100_000:
         return None
     nodes = dt * np.arange(in_pulse + 1, dtype=np.float64)
     force = scene.applied_force(nodes)
@@ -481,7 +478,8 @@ def _accurate_samples(case: Case, apart: float) -> FloatArray:
     """Return the highest samples of the true contact forces [N], at multiples of an interval."""
     before = np.floor(case.reference.peak_time[case.judged] / apart)  # the highest is next to it
     times = np.unique(np.minimum(apart * np.append(before, before + 1), case.scene.end_time))
-    native = Native(rtol=_SAMPLED_RTOL, time_limit=max(case.deadline.left, 1e-3))
+    # Accuracy of runs that are sampled: samples are off by 1e-5 or more
+    native = Native(rtol=1e-6, time_limit=max(case.deadline.left, 1e-3))
     history = native.run(case.scene, record=times).history
     assert history is not None
     return np.asarray(history.contact_force.max(axis=0))
@@ -501,7 +499,6 @@ def _with_step(case: Case, dt: float) -> Iterator[Mistake]:
 
 # logarithms of trial coefficients of damping, natural units; sqrt(5) is a restitution of 0
 _COEFFICIENTS = np.log(np.geomspace(1e-6, 2.2, 14)).tolist()
-_DAMPING_GAIN = 3.0  # a law of damping is named if it leaves 1/3 of what no damping leaves (chosen)
 
 
 def damping(case: Case) -> Iterator[Mistake]:
@@ -529,7 +526,8 @@ def damping(case: Case) -> Iterator[Mistake]:
     for law in DAMPING:
         contact = partial(contact_of, scene, law, attraction=pulls)
         words = partial(damping_in_words, scene, contact)
-        yield Mistake(words, partial(fitted, contact), _COEFFICIENTS, without / _DAMPING_GAIN)
+        # A law of damping is named if it leaves 1/3 of what no damping leaves (chosen)
+        yield Mistake(words, partial(fitted, contact), _COEFFICIENTS, without / 3.0)
 
 
 def contact_of(scene: Scene, law: DampingLaw, log: float, attraction: bool) -> Contact:
@@ -582,21 +580,11 @@ def _value(contact: Contact) -> str:
 # ---- Families of mistakes, and the search for a cause
 
 FEWEST = 6  # least number of contacts: fewer fit a curve with one parameter too easily
-EXPLAINED = 0.1  # largest part of the differences that a named mistake may leave, root mean square
-_END_RESIDUAL = 1e-4  # part of the differences: the search ends with a mistake that leaves no more
-_FLOOR = 1e-7  # differences below this are comparable to the error of the trial runs, 1e-8
 _FIT_ACCURACY = 1e-4  # accuracy of fits, as a part of the differences
-_RESIDUAL_RATIO = 3.0  # mistakes that leave at most this many times the least are named too
 # Largest part of the differences that a hint may leave. In 60 random mixtures of three mistakes the
 # nearest named one of them in 30 of 31 that left less, in 7 of 13 that left more (measured).
 _HINT_RESIDUAL = 0.07
-_OUTLIER_RATIO = 100.0  # ratio to the next largest difference (chosen): mistakes stay below it
-_FEWEST_NOISY = 12  # least number of contacts that can look like noise (chosen)
 _OUTLIER = 4.0  # largest difference of noise over its root mean square: once in 300 sets of 60
-_BIAS = 3.0  # largest mean of noise, in its standard errors (chosen): samples are all too low
-_MOST_NOISE = 0.1  # root mean square: peaks with more noise are not called the scene's (chosen)
-_MOST_ROUNDED = 0.1  # largest difference by rounding; with more, peaks are not the scene's (chosen)
-_HALF_DIGIT = 0.5 + 1e-6  # of the last digit; the rest is the rounding of binary numbers
 
 
 class Family(NamedTuple):
@@ -641,7 +629,8 @@ def likely_cause(case: Case, progress: Callable[[str], object] = lambda _: None)
     ``progress`` is called with a line before each family of mistakes.
     """
     size = case.size
-    if size < max(_FLOOR, 10 * case.reference.error_estimate):
+    # Differences below this are comparable to the error of the trial runs, 1e-8
+    if size < max(1e-7, 10 * case.reference.error_estimate):
         return Explanation()
     if np.count_nonzero(case.judged) < FEWEST:
         few = f"the cause is sought where at least {FEWEST} contacts are judged"
@@ -651,7 +640,8 @@ def likely_cause(case: Case, progress: Callable[[str], object] = lambda _: None)
     fits: list[tuple[Fit, Mistake]] = []
     remark = None
     for family in families_for(case.scene):
-        if family.is_costly and any(fit.left <= _END_RESIDUAL * size for fit, _ in fits):
+        # Part of the differences: the search ends with a mistake that leaves no more
+        if family.is_costly and any(fit.left <= 1e-4 * size for fit, _ in fits):
             continue  # no other mistake can leave as little
         progress(f"looking for the cause: {family.name}")
         try:
@@ -665,9 +655,11 @@ def likely_cause(case: Case, progress: Callable[[str], object] = lambda _: None)
     least = fits[0][0].left if fits else math.inf
     # With more left than is allowed, a mistake explains only a part, unless the rest is noise.
     allowed = max(case.tolerance, _FIT_ACCURACY * size)
-    if least > EXPLAINED * size or (least > allowed and not fits[0][0].leaves_noise):
+    # Largest part of the differences that a named mistake may leave, root mean square
+    if least > 0.1 * size or (least > allowed and not fits[0][0].leaves_noise):
         return Explanation(hint=_hint(case, fits, remark is None), remark=remark)
-    alike = _RESIDUAL_RATIO * max(least, _FIT_ACCURACY * size)
+    # Mistakes that leave at most this many times the least are named too
+    alike = 3.0 * max(least, _FIT_ACCURACY * size)
     sentences = [mistake.words(fit.value) for fit, mistake in fits if fit.left <= alike]
     text = "; or ".join(dict.fromkeys(sentences))
     return Explanation(
@@ -682,9 +674,12 @@ def _hint(case: Case, fits: list[tuple[Fit, Mistake]], all_tried: bool) -> str:
         text = "no mistake that was tried explains these peaks"
     off = case.differences
     rms, most = float(np.sqrt(np.mean(off**2))), float(np.max(np.abs(off)))
-    even = most <= _OUTLIER * rms <= _OUTLIER * _MOST_NOISE
-    about_0 = abs(np.mean(off)) <= _BIAS * rms / np.sqrt(off.size)
-    if off.size >= _FEWEST_NOISY and even and about_0 and jumps_like_noise(off):
+    # Root mean square: peaks with more noise are not called the scene's (chosen)
+    even = most <= _OUTLIER * rms <= _OUTLIER * 0.1
+    # Largest mean of noise, in its standard errors (chosen): samples are all too low
+    about_0 = abs(np.mean(off)) <= 3.0 * rms / np.sqrt(off.size)
+    # Least number of contacts that can look like noise (chosen)
+    if off.size >= 12 and even and about_0 and jumps_like_noise(off):
         return (
             f"{text}: the differences look like noise of {100 * rms:.2g} % about the scene's"
             f" own peaks, with which they agree to {100 * most:.2g} %"
@@ -700,7 +695,8 @@ def _rounded(case: Case) -> str | None:
     """Return a sentence if the peaks are the scene's, rounded to a few digits or decimals."""
     given, expected = case.given[case.judged], case.reference.peak_force[case.judged]
     most = float(np.max(np.abs(case.differences)))
-    if most > _MOST_ROUNDED:
+    # Largest difference by rounding; with more, peaks are not the scene's (chosen)
+    if most > 0.1:
         return None
     slack = case.reference.error_estimate * expected
     size = np.floor(np.log10(np.maximum(given, np.finfo(float).tiny)))
@@ -709,7 +705,8 @@ def _rounded(case: Case) -> str | None:
     units |= {f"{count} decimals": np.array(10.0**-count) for count in range(7)}
     for place, unit in units.items():  # of the last digit
         is_round = np.allclose(given, unit * np.round(given / unit), rtol=1e-12, atol=0)
-        if is_round and np.all(np.abs(given - expected) <= _HALF_DIGIT * unit + slack):
+        # Half a unit of the last digit, and the rounding of binary numbers
+        if is_round and np.all(np.abs(given - expected) <= (0.5 + 1e-6) * unit + slack):
             return (
                 f"rounding: these are the scene's own peaks to {place}, which moves them by"
                 f" {100 * most:.2g} % at most; write more digits"
@@ -722,7 +719,8 @@ def _one_contact(case: Case) -> str | None:
     off = np.abs(case.differences)
     *_, next_to, most = np.sort(off)
     contact = case.reference.contact[case.judged][int(np.argmax(off))]
-    if most < _OUTLIER_RATIO * next_to or contact > case.scene.chain.granules - FREE_END:
+    # Ratio to the next largest difference (chosen): mistakes stay below it
+    if most < 100.0 * next_to or contact > case.scene.chain.granules - FREE_END:
         return None
     others = f"within {next_to:.1g} of the reference" if next_to else "right"
     return f"contact {contact} alone, as if a number had slipped: the others are {others}"

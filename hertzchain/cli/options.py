@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from hertzchain.scene.scene import Scene
 
 _LEAST_INCHES, _MOST_INCHES = 2, 50  # inches; chosen: room for the axes, and a poster
-_ODD_MOMENTUM_RATIO = 1e4  # suggests a missing unit; chosen: a pulse of 33,000 natural units
 LMP = "HERTZCHAIN_LMP"  # environment variable that names a binary to run instead of the module
 
 Backend = StrEnum("Backend", {name.upper(): name for name in ENGINES})  # type: ignore[misc]
@@ -223,7 +222,8 @@ def load_scene(path: Path) -> Scene:
 
     scene = Scene.from_toml(path)
     _ask_about_units(unusual_values(scene))
-    if scene.pulse_end > 0 and scene.momentum_ratio > _ODD_MOMENTUM_RATIO:
+    # Suggests a missing unit; chosen: a pulse of 33,000 natural units
+    if scene.pulse_end > 0 and scene.momentum_ratio > 1e4:
         say(
             f"LM_ratio is {scene.momentum_ratio:.3g}, so this may take long: the pulse"
             f" lasts {scene.pulse_end:.3g} s, is that meant?"

@@ -18,9 +18,6 @@ from hertzchain.errors import HertzchainError
 if TYPE_CHECKING:
     from sys import UnraisableHookArgs
 
-_CLOSED_PIPE_STATUS = 141  # status of programs that SIGPIPE ends, in shells
-_RESIGNAL_SECONDS = 0.02  # seconds until a lost stop is tried again
-
 
 class _Stopped(BaseException):
     """Raised by Ctrl-C or SIGTERM; not an Exception, because Typer would catch that."""
@@ -41,7 +38,8 @@ def _stoppable() -> Iterator[None]:
         if not isinstance(lost.exc_value, _Stopped):
             hook(lost)
             return
-        timer = threading.Timer(_RESIGNAL_SECONDS, signal.raise_signal, lost.exc_value.args)
+        # Seconds until a lost stop is tried again
+        timer = threading.Timer(0.02, signal.raise_signal, lost.exc_value.args)
         timer.daemon = True
         timer.start()
 
@@ -89,7 +87,8 @@ def main() -> None:
         # Typer gives it the status 1, which says here that a check failed.
         if not isinstance(end.__context__, BrokenPipeError):
             raise
-        sys.exit(_CLOSED_PIPE_STATUS)
+        # Status of programs that SIGPIPE ends, in shells
+        sys.exit(141)
     except OSError as problem:
         if problem.filename is not None:
             _refuse(f"{problem.filename}: {problem.strerror}")

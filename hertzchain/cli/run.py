@@ -26,7 +26,6 @@ _METHODS = ("velocity-verlet", "rk4", "srkn-11b", "reference", "scipy")
 MethodName = StrEnum("MethodName", {name.upper(): name for name in _METHODS})  # type: ignore[misc]
 """The native methods."""
 
-_TRACE_TIMES = 500  # times of traces without --record, as many as in pictures of force over time
 
 Wanted = StrEnum("Wanted", {"FIRST": "first", "ALL": "all"})
 """The forces for which the wanted accuracy holds."""
@@ -146,7 +145,8 @@ class TableOptions:
         from hertzchain.report.files import frame_times, plot_times
 
         if self.is_motion or self.traces is not None:
-            return frame_times(scene, self.record or _TRACE_TIMES)
+            # Times of traces without --record, as many as in pictures of force over time
+            return frame_times(scene, self.record or 500)
         return plot_times(scene) if is_drawn else None
 
     def write(self, result: Result) -> None:

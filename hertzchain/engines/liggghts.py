@@ -321,15 +321,13 @@ def _digits(columns: Sequence[str]) -> str:
     return f'format "%d{" %.17g" * len(columns)}"'
 
 
-_SAMPLE_INTERVAL = 0.005  # of a contact force, natural time units: costs about 5e-6
-
-
 def deck(scene: Scene, legs: Sequence[Leg], about: Sequence[str]) -> str:
     """Return a deck for ``liggghts -in FILE`` that prints peaks and writes them to peaks.csv.
 
     The lines ``about`` stand above the deck.
     """
-    interval = max(1, int(_SAMPLE_INTERVAL * scene.units.time / max(leg.dt for leg in legs)))
+    # Of a contact force, natural time units: costs about 5e-6
+    interval = max(1, int(0.005 * scene.units.time / max(leg.dt for leg in legs)))
     contacts = range(2, scene.chain.granules + 1)
     lines = [
         *(f"# {line}" for line in about),

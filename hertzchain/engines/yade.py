@@ -303,15 +303,14 @@ _SKIP = f"""\
         return  # a step of no length
 """
 
-READING_INTERVAL = 0.01  # natural time units between readings; error of a parabola: 6e-8 of a peak
-
 
 def deck(scene: Scene, legs: Sequence[Leg], about: Sequence[str]) -> str:
     """Return a script for ``yade -n -x FILE.py`` that prints peaks and writes them to peaks.csv.
 
     The lines ``about`` stand above the script.
     """
-    strides = [max(1, int(READING_INTERVAL * scene.units.time / leg.dt)) for leg in legs]
+    # Natural time units between readings; error of a parabola: 6e-8 of a peak
+    strides = [max(1, int(0.01 * scene.units.time / leg.dt)) for leg in legs]
     lines, outside = "\n".join(about), []
     pressed, wall, loaded = scene.precompression, "", scene.shock.loaded_granule
     if pressed is not None and pressed.gravity:

@@ -43,9 +43,7 @@ from hertzchain.examiner.measured import far_wall
 from hertzchain.scene.shocks import Ramp
 
 _MOST_LINES = 64  # commands that a correction may add, one for each granule (chosen)
-_MOST_ROWS = 40  # most rows of a table that are written as one formula (chosen)
 _LIMITED_SINCE = "20220804"  # first version whose damping the scene's corrections limit
-_MODULUS_DIFFERENCE = 1e-9  # relative difference of moduli up to which granules are of one material
 
 
 def in_text(value: float) -> str:
@@ -178,7 +176,8 @@ def law_commands(case: Case) -> list[str] | None:
         normal = 4 / 3 * case.reduced_modulus(k) / case.units.pressure
         eta, words = damping_words(case, k, deck.version)
         first = coefficients.setdefault((low, high), (normal, eta, words))
-        if abs(first[0] / normal - 1) > _MODULUS_DIFFERENCE or first[1:] != (eta, words):
+        # Relative difference of moduli up to which granules are of one material
+        if abs(first[0] / normal - 1) > 1e-9 or first[1:] != (eta, words):
             return None
     if not coefficients:
         return None
@@ -314,7 +313,8 @@ def _pulse_formula(case: Case) -> str | None:
         low, high = (float(in_text(f / unit.force)) for f in (ramp.start_force, ramp.end_force))
         force = force_formula(Ramp(float(begin), float(end), low, high, ramp.shape))
         pieces.append(f"(time>={begin})*(time<{end})*({force.removeprefix('0.0+')})")
-    return "+".join(pieces) if len(pieces) < _MOST_ROWS else None
+    # Most rows of a table that are written as one formula (chosen)
+    return "+".join(pieces) if len(pieces) < 40 else None
 
 
 def _variable(case: Case) -> str:
@@ -615,7 +615,6 @@ _WORSE = 1e-2, 1e-5
 """Increase of the error of a peak that a correction may cause, relative to it and absolute:
 readings are at other times, and the error of the steps changes with any number (chosen)."""
 
-_MOST_STEPS = 30  # most corrections in succession (chosen)
 _PROOF_TIME_LIMITS = 16.0, 8.0  # time for all proofs: readings of the deck, or seconds (chosen)
 
 _NOT_ALL = (
@@ -788,7 +787,8 @@ def _together(prover: Prover) -> tuple[Edits, list[Step]]:
     done, steps = prover.first, list[Step]()
     for peaks in (True, False):  # errors that make up for one another: only all of them help
         tried, state, new_steps, stuck = edits, done, list[Step](), set[str]()
-        while len(new_steps) < _MOST_STEPS:
+        # Most corrections in succession (chosen)
+        while len(new_steps) < 30:
             groups = (g for g in by_command(state.to_correct) if not kinds_of(g) & stuck)
             checks = next(groups, None)
             if checks is None:

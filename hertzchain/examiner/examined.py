@@ -230,7 +230,6 @@ _WHICH = re.compile(r"(?: of| on| at)? (?:all |the )?(?:granules?|contacts?)\b.*
 _EPS = float(np.finfo(np.float64).eps)
 _COORDINATE_ROUNDING = 6 * _EPS  # relative: two coordinates and their difference, times 1.5
 
-_MOST_GROUPS = 3  # most groups of equally wrong numbers with a remark each (chosen)
 DIGITS = 10.0  # times the tolerance: largest difference of a number by its digits (chosen)
 
 
@@ -405,7 +404,8 @@ def groups(relative: FloatArray, room: FloatArray | float) -> list[Indices]:
     """
     left = np.flatnonzero(~(np.abs(relative) <= room))
     sets: list[Indices] = []
-    while left.size and len(sets) < _MOST_GROUPS - 1:
+    # Most groups of equally wrong numbers with a remark each (chosen)
+    while left.size and len(sets) < 3 - 1:
         order = np.nan_to_num(np.abs(relative[left]), nan=np.inf)
         first = relative[left[int(np.argmax(order))]]
         alike = np.isclose(relative[left], first, rtol=1e-2, atol=0) | ~np.isfinite(relative[left])

@@ -45,9 +45,6 @@ from hertzchain.scene.scene import Scene, SceneLike, to_scene
 from hertzchain.scene.schedule import Run
 from hertzchain.showing import ShowProgress, telling
 
-_OVERLAP_RATIO = 1.01  # to the probed one: the law follows from the two tries next to it (chosen)
-_LONGEST = 100.0  # times the scene's end: a deck that runs longer is judged up to there (chosen)
-
 
 def examine(
     scene: SceneLike,
@@ -221,7 +218,8 @@ def case_of_generated(scene: Scene, deck: FoundDeck, deadline: Deadline) -> Case
         constant[pushed, 0] = 0.0
         deck = replace(deck, constant_force=constant, applied_force=applied)
     size = twin.stiffness.size
-    near = np.full(size, _OVERLAP_RATIO * DEPTH * float(np.min(scene.granules.radius)))
+    # Ratio to the probed depth: the law follows from the two tries next to it (chosen)
+    near = np.full(size, 1.01 * DEPTH * float(np.min(scene.granules.radius)))
     return Case(
         scene, deck, UNITS["si"], 0.0, np.zeros(size), np.zeros(size, bool), near,
         laws(deck, scene, near), twin, stretches_of(deck, scene, 0.0),
@@ -261,7 +259,8 @@ def _truth(scene: Scene, end: float, deadline: Deadline) -> Result:
     if end <= 0:
         raise RunFailed("this deck takes no step after its shock begins: it needs a run command")
     same = abs(end / scene.end_time - 1) < 1e-9
-    watched = scene if same else replace(scene, run=Run(min(end, _LONGEST * scene.end_time)))
+    # Longest run over the scene's: a deck that runs longer is judged up to there (chosen)
+    watched = scene if same else replace(scene, run=Run(min(end, 100.0 * scene.end_time)))
     return deadline.spend(lambda left: Native("reference", time_limit=left).run(watched))  # type: ignore[no-any-return]
 
 

@@ -37,9 +37,6 @@ if TYPE_CHECKING:
     from hertzchain.engines.lammps.reading.watching import Applied
 
 
-MOST_BYTES = 5_000_000  # of a deck: more are not written by hand
-
-
 @dataclass(frozen=True)
 class Command:
     """One command."""
@@ -484,9 +481,6 @@ def attraction(deck: Deck) -> Found:
             yield law.command, "note" if deck.no_chain else "warning", text
 
 
-_SMALL_POISSON_RATIO = 1e-2  # a Poisson's ratio that no material of granules has (chosen)
-
-
 def poisson_ratio(deck: Deck) -> Found:
     """The order of the numbers is E, damping, Poisson's ratio."""
     for law in deck.laws:
@@ -494,7 +488,8 @@ def poisson_ratio(deck: Deck) -> Found:
         if law.normal != "hertz/material" or poisson is None or damping is None:
             continue
         impossible = not -1 < poisson <= 0.5
-        if impossible or (abs(poisson) < _SMALL_POISSON_RATIO and 0 < damping <= 0.5):
+        # A Poisson's ratio that no material of granules has (chosen)
+        if impossible or (abs(poisson) < 1e-2 and 0 < damping <= 0.5):
             text = (
                 f"the numbers of {law.normal} are E, damping, Poisson's ratio, in this order: here"
                 f" the ratio is {poisson:g} and the damping {damping:g}"
@@ -555,9 +550,6 @@ def diameter_missing(deck: Deck) -> Found:
         yield created[0], "error", text
 
 
-_HELD_DENSITY = 1e15  # kg/m^3; granules of a larger density are heavy to stay in place (chosen)
-
-
 def unusual_density(deck: Deck) -> Found:
     """Densities that may have a wrong unit, by the usual range of scenes, which are in SI."""
     given = [(command, number(value)) for command, value in deck.given("density")]
@@ -567,7 +559,8 @@ def unusual_density(deck: Deck) -> Found:
 
     for command, density in given:
         remark = unusual("chain.density", density)
-        if remark and density is not None and density < _HELD_DENSITY:
+        # Granules of a larger density [kg/m^3] are heavy to stay in place (chosen)
+        if remark and density is not None and density < 1e15:
             yield command, "note", f"perhaps a wrong unit: {remark.removeprefix('chain.')}"
 
 
@@ -713,7 +706,6 @@ def force_on_all(deck: Deck) -> Found:
 # ---- Steps
 
 _UNSTABLE_STEP = math.sqrt(2 / 3)  # natural time units; 2 over the largest frequency, 2 sqrt(3/2)
-_LONG_STEP = 0.2  # natural time units; peaks are then off by 1 % (chosen)
 
 
 def step_length(deck: Deck) -> Found:
@@ -760,7 +752,8 @@ def step_length(deck: Deck) -> Found:
             f" granules fly apart; {text}"
         )
         yield steps[-1] if steps else run, "error", text
-    elif step > _LONG_STEP:
+    # Natural time units; peaks are then off by 1 % (chosen)
+    elif step > 0.2:
         text = (
             f"the step {longest.dt:.3g} is {step:.2g} of the natural time of {what}: peaks are"
             f" off by about {0.22 * step**2:.1%}, which goes with the square of it; {text}"
@@ -910,7 +903,8 @@ def lint_file(
 def read(path: Path) -> str:
     """The text of a deck; HertzchainError where it cannot be read."""
     try:
-        content = read_bytes(path, MOST_BYTES)
+        # Most bytes of a deck: more are not written by hand
+        content = read_bytes(path, 5_000_000)
     except (OSError, ValueError) as problem:
         reason = getattr(problem, "strerror", None) or problem
         raise HertzchainError(f"{str(path)!r}: cannot be read ({reason})") from None

@@ -23,9 +23,6 @@ from hertzchain.observables.samples import DampedLaw
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.shocks import Piston
 
-_BLOCK = 2048
-"""States that are processed together: with 20 granules fewer would cost as much as the steps."""
-
 
 @dataclass(frozen=True, eq=False)
 class Stretch:
@@ -106,7 +103,8 @@ def run_twin(twin: Twin, stretches: Iterable[Stretch], deadline: Deadline) -> Tw
     for stretch in stretches:
         before = np.full((1, contacts), np.inf)
         steps, force_at, led = len(stretch.applied) - 1, stretch.applied.__getitem__, stretch.driven
-        run = states_of(walk, stretch.dt, steps, force_at, deadline, led=led, block=_BLOCK)
+        # States that are processed together: with 20 granules fewer would cost as much as the steps
+        run = states_of(walk, stretch.dt, steps, force_at, deadline, led=led, block=2048)
         for _, states in run:
             if not np.all(np.isfinite(states[:, -1])):
                 none = np.full(contacts, np.nan)
@@ -199,13 +197,7 @@ def applied_force(scene: Scene, time: FloatArray) -> FloatArray:
     return theory.applied_force(time, scene.pulse, scene.rise_time)
 
 
-_FITS = 1e-2  # of the largest force: a shock that begins at another time fits as well (chosen)
-_START_ROUNDING = 0.02  # of a step: a measured start so near to a step is that step (chosen)
 EXPONENT = 0.01  # of 3/2: two tries of a law of Hertz are within 1e-9, Hooke's is 0.5 off (chosen)
-_NO_FORCE = 1e-6  # fraction of Hertz's force: a contact with less does not push (chosen)
-_HELD_OVERLAP_SHARE = 1e-5  # a granule that moves less may also be held (chosen)
-_LOAD_TIME_SHARE = 0.05  # of the whole time: a static load acts for longer after the shock (chosen)
-_ONSET_ROUNDING = 1e-8  # fraction of an overlap: uncertainty of where a force begins (chosen)
 _FORCE_ROUNDING = 1e-9  # of the largest force: a force below is round-off (chosen; 1e-12 is usual)
 
 
@@ -255,7 +247,8 @@ class Law:
     @property
     def is_missing(self) -> bool:
         """Whether there is no force."""
-        return not self.ratio > _NO_FORCE
+        # Fraction of Hertz's force: a contact with less does not push (chosen)
+        return not self.ratio > 1e-6
 
     @property
     def is_bent(self) -> bool:
@@ -322,7 +315,8 @@ def far_wall(deck: FoundDeck) -> FoundWall | None:
     deep, overlap = wall.force[-2:] ** (2 / 3), wall.overlap
     with np.errstate(all="ignore"):
         late = float(deep[1] * (overlap[-1] - overlap[-2]) / (deep[1] - deep[0]) - overlap[-1])
-    if not abs(late) < _ONSET_ROUNDING * overlap[-1]:
+    # Fraction of an overlap: uncertainty of where a force begins (chosen)
+    if not abs(late) < 1e-8 * overlap[-1]:
         return wall
     return replace(wall, position=wall.position - late, overlap=overlap + late,
                    damped_overlap=wall.damped_overlap + late)  # fmt: skip
@@ -368,7 +362,8 @@ def with_loads(deck: FoundDeck, scene: Scene) -> FoundDeck:
     rests = np.abs(force - force[0]) <= least
     # Start of the load on each granule: after the last reading without it.
     since = np.max(np.where(rests, -np.inf, time[:, np.newaxis]), axis=0, initial=-np.inf)
-    stays = rests[-1] & (since < deck.end_time - _LOAD_TIME_SHARE * (deck.end_time - time[0]))
+    # Fraction of the whole time: a static load acts for longer after the shock (chosen)
+    stays = rests[-1] & (since < deck.end_time - 0.05 * (deck.end_time - time[0]))
     if np.any(scene.granules.constant_force):
         stays = rests[-1]
     load = np.where(stays, force[0], 0.0)
@@ -386,7 +381,8 @@ def with_held(deck: FoundDeck, contact_laws: Sequence[Law], moved: float) -> Fou
     if deck.integrated[last] != 0 or np.any(deck.velocity[last]) or len(contact_laws) != last:
         return deck
     overlap = deck.radius[-2] + deck.radius[-1] - deck.position[-1] + deck.position[-2]
-    if overlap <= 0 or moved > _HELD_OVERLAP_SHARE * overlap:
+    # A granule that moves less may also be held (chosen)
+    if overlap <= 0 or moved > 1e-5 * overlap:
         return deck
     constant, integrated = deck.constant_force.copy(), deck.integrated.copy()
     constant[last, 0] = -contact_laws[-1].stiffness * overlap ** contact_laws[-1].exponent
@@ -423,9 +419,11 @@ def start_of_shock(deck: FoundDeck, scene: Scene) -> float:
         tried = best + (tried[1] - tried[0]) * np.linspace(-1, 1, 21)
     exact = np.max(np.abs(force - scene.applied_force(deck.applied_time - best)))
     step = deck.runs[0].dt
-    if abs(best / step - round(best / step)) < _START_ROUNDING:
+    # Fraction of a step: a measured start so near to a step is that step (chosen)
+    if abs(best / step - round(best / step)) < 0.02:
         best = round(best / step) * step
-    if best > 0 and exact < _FITS * scene.peak_force and misfit(best) < 0.25 * misfit(begun):
+    # Fraction of the largest force: a shock that begins at another time fits as well (chosen)
+    if best > 0 and exact < 1e-2 * scene.peak_force and misfit(best) < 0.25 * misfit(begun):
         return best
     return begun
 

@@ -59,18 +59,10 @@ from hertzchain.slips import near, slips_of
 HARMLESS = 0.1  # of the tolerance: what changes no peak by more gets a remark (chosen)
 _PROFILE_MISFIT = 1e-3  # fraction of the largest force: another size, but the same profile (chosen)
 _BENT = 0.01  # of the force at other overlaps than the largest expected (chosen)
-_DAMPING_IN_ROUNDINGS = 1e4  # times the rounding error, above which damping is wrong (chosen)
-_EXPLAINED_SHARE = (
-    0.5  # of the peaks' error: numbers that change them by as much explain it (chosen)
-)
 _LATE = 0.02  # fraction of the largest: late collisions amplify differences of digits (chosen)
 _MISSED = 0.1  # fraction of the largest overlap: contacts that act later are missed (chosen)
 _UNMIXED_SINCE = "2023"  # older LAMMPS mixes E and nu of a wall with themselves (measured: 2022)
-_REST_FORCE_RATIO = 1.1  # readings of one force at other times differ by less (chosen)
-_ORDER_ERROR = 0.5  # of velocity Verlet with a step of 1 in natural units, by its order (chosen)
-_MARGIN = 0.8  # of the longest step with the wanted accuracy: a rounder number fits below (chosen)
 _FORCE_ROUNDING = 8 * float(np.finfo(np.float64).eps)  # relative: a force less a load (chosen)
-_TIE_DIFFERENCE = 1e-6  # relative: of differences that are as large the first is shown (chosen)
 _SAME_UNIT = 0.1  # relative: lengths in other units are off by 100 or more (chosen)
 
 
@@ -163,7 +155,8 @@ def checks_of(case: Case, probe: Probe) -> list[DeckCheck]:
     checks = []
     for alike in parts:
         sizes = np.nan_to_num(np.abs(off[alike]), nan=np.inf)
-        tied = _TIE_DIFFERENCE if numbers.split == "alike" else 0.0
+        # Relative difference up to which the first of equal differences is shown (chosen)
+        tied = 1e-6 if numbers.split == "alike" else 0.0
         k = int(alike[np.argmax(sizes >= (1 - tied) * np.max(sizes))])
         check = _difference(case, probe, numbers, alike, k, float(digits[k]))
         both = _plain(measured[k]), _plain(expected[k])
@@ -684,7 +677,8 @@ def _damping(case: Case) -> Numbers | None:
         times = np.nan_to_num(np.abs(added - expected) / room, nan=0.0, posinf=np.inf)
     approach = np.where(closing > 0, times, 0.0)
     # Parting granules also show limits.
-    k = int(np.argmax(approach if np.max(approach) > _DAMPING_IN_ROUNDINGS else times))
+    # Rounding errors above which damping is wrong (chosen)
+    k = int(np.argmax(approach if np.max(approach) > 1e4 else times))
     who, how = case.contact_name(int(contact[k])), "approach" if closing[k] > 0 else "part"
     digits = (added[k] - expected[k]) / max(abs(expected[k]), 1e-300)
     return Numbers(
@@ -769,7 +763,8 @@ def _shows_in_motion(case: Case, fix: FoundFix) -> tuple[Indices, Indices]:
 
     Granules with prescribed motion and fixed ones do not count, as forces do not move them.
     """
-    more = fix.largest_in_motion > _REST_FORCE_RATIO * fix.largest + ACTS * case.scene.units.force
+    # Readings of one force at other times differ by less (chosen)
+    more = fix.largest_in_motion > 1.1 * fix.largest + ACTS * case.scene.units.force
     more[:, 0] &= ~case.deck.driven
     fixed = case.scene.granules.fixed
     more[fixed[fixed < len(more)], 0] = False
@@ -1077,9 +1072,11 @@ def _wanted_step(dt: float, longest: float, error: float, case: Case) -> float:
     if 0 < error < 0.5:  # none where no contact is judged, infinite where the motion diverges
         accurate = dt * (case.tolerance / error) ** (1 / order)
     else:
-        accurate = case.scene.units.time * (case.tolerance / _ORDER_ERROR) ** (1 / order)
+        # Error of velocity Verlet with a step of 1 in natural units, by its order (chosen)
+        accurate = case.scene.units.time * (case.tolerance / 0.5) ** (1 / order)
     unit = case.units.time
-    wanted = min(longest / 4, dt / 2, _MARGIN * accurate) / unit
+    # Fraction of the longest step with the wanted accuracy: a rounder number fits below (chosen)
+    wanted = min(longest / 4, dt / 2, 0.8 * accurate) / unit
     digits = 10 ** math.floor(math.log10(wanted))
     return float(math.floor(wanted / digits * 10) / 10 * digits * unit)
 
@@ -1261,7 +1258,8 @@ def all_checks(case: Case) -> list[DeckCheck]:
     probes = [*probes_of(case), *[_IN_MOTION] * (not case.deck.stopped)]
     checks = [check for probe in probes for check in checks_of(case, probe)]
     explained = sum(check.effect or 0.0 for check in checks if check.differs)
-    if case.deck.stopped or explained >= _EXPLAINED_SHARE * case.whole_effect > 0:
+    # Fraction of the peaks' error: numbers that change them by as much explain it (chosen)
+    if case.deck.stopped or explained >= 0.5 * case.whole_effect > 0:
         return checks
     checks += checks_of(case, _MOTION)
     if any(check.differs for check in checks):

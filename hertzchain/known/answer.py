@@ -50,7 +50,6 @@ from hertzchain.scene.schedule import Leg, Run
 WANTED = 1e-6  # relative error by absolute coordinates up to which a deck has the true chain
 ROOM = 1.1  # tolerance over the measured error: other intervals shift the samples
 ROUNDING = 3  # factor on the estimate of round-off, which is no bound; measured in the gallery: 0.2
-UNCLEAR = 1e-3  # error of a contact above which it is not judged, if others have less
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,7 +70,8 @@ class KnownAnswer:
     def judged(self) -> NDArray[np.bool_]:
         """Contacts that are judged: pressed enough, and not affected by the end of the run."""
         pressed = judged_contacts(self.force_ratio)
-        most = max(UNCLEAR, 10 * float(np.median(self.error[pressed])))
+        # Error of a contact above which it is not judged, if others have less
+        most = max(1e-3, 10 * float(np.median(self.error[pressed])))
         return np.logical_and(pressed, self.error <= most)
 
     @property
@@ -437,16 +437,8 @@ def _verdict(scene: Scene, layout: Layout, answer: KnownAnswer, numbers: _Number
 
 
 _FINEST = 1e-9  # least relative error of the peaks: needs three million steps
-_PILOT_STEP = 0.04  # natural time units; step of the first run in the search for a wanted error
-_LOOKING_INTERVAL = 0.005  # natural time units between two samples: costs the peaks 5e-6
 _MOST_LOST = 3e-5  # largest relative error of the peaks by coordinates, of softer granules (chosen)
-_SHIFTS = 4  # number of random starts that measure the amplification of rounding (chosen)
 _MOST_STEPS = 1e7  # most steps of a deck: minutes of LAMMPS with 60 granules
-_RTOL_OF_DAMPED = 1e-4  # default relative error, damped: errors go as dt, and 1e-6 takes hours
-_UNSTABLE = 0.5  # largest fraction of the longest stable step, damped (chosen)
-# fraction of the step found by trials, damped: sampling costs some accuracy (chosen)
-_SHORTER = 0.7
-_PHASES = 4  # least number of tried offsets of the samples, damped (chosen)
 _READINGS = 2_000_000  # most times and granules recorded at once: 50 MB
 
 
@@ -465,7 +457,8 @@ def deck_step(scene: Scene, dt: float | None = None, rtol: float | None = None) 
         _refuse_many(scene.end_time / dt, "a larger dt, or for a shorter end_time")
         return dt / unit
     if rtol is None:
-        rtol = RTOL if scene.contact is None else _RTOL_OF_DAMPED
+        # Default relative error, damped: errors go as dt, and 1e-6 takes hours
+        rtol = RTOL if scene.contact is None else 1e-4
     allowed = (
         f"must be a number from {_FINEST:g} to 1: velocity Verlet takes too many steps for less"
     )
@@ -495,10 +488,12 @@ def _tried_step(scene: Scene, rtol: float) -> float:
             return _verlet_peaks(scene, scene.schedule(dt))
         return Native("velocity-verlet", dt, peaks_only=True, wanted="all").run(scene).peak_force
 
-    pilot = _PILOT_STEP * scene.contact_time
+    # Step of the first run in the search for a wanted error [natural time units]
+    pilot = 0.04 * scene.contact_time
     longest = 2 * pilot
     if scene.contact is not None:
-        longest = _UNSTABLE * stable_step(scene, METHODS["velocity-verlet"].interval)
+        # Largest fraction of the longest stable step, damped (chosen)
+        longest = 0.5 * stable_step(scene, METHODS["velocity-verlet"].interval)
         pilot = min(pilot, longest)
     # Trials never find a longer step, and may take hours themselves.
     _refuse_many(scene.end_time / longest, "a dt, or for a shorter end_time")
@@ -507,7 +502,8 @@ def _tried_step(scene: Scene, rtol: float) -> float:
     # Errors go as dt: the difference is the error of the shorter step. The deck's tolerance is
     # measured later.
     difference = largest_difference(peaks_at(pilot), peaks_at(pilot / 2))
-    return min(pilot / 2 * _SHORTER * rtol / difference, longest) if difference > 0 else pilot
+    # Fraction of the step found by trials, damped: sampling costs some accuracy (chosen)
+    return min(pilot / 2 * 0.7 * rtol / difference, longest) if difference > 0 else pilot
 
 
 def lay_out(
@@ -523,7 +519,8 @@ def lay_out(
     step = deck_step(scene, dt, rtol)
     _lost_digits(scene, step)
     if watch_every is None:
-        interval = _LOOKING_INTERVAL * scene.contact_time / scene.units.time
+        # Natural time units between two samples: costs the peaks 5e-6
+        interval = 0.005 * scene.contact_time / scene.units.time
         watch_every = max(1, math.floor(interval / step))
     return replace(asked, step=step, watch_every=watch_every)
 
@@ -566,7 +563,8 @@ def looked_at(scene: Scene, step: float, watch_every: int) -> tuple[FloatArray, 
     unit, granules = scene.units.time, scene.bodies
     legs = scene.schedule(step * unit)
     if scene.contact is not None:
-        every = max(1, watch_every // _PHASES)
+        # Least number of tried offsets of the samples, damped (chosen)
+        every = max(1, watch_every // 4)
         # One more, because samples at the ends of legs are closer together.
         apart = watch_every if every == 1 else -(-watch_every // every) + 1
         sampled = looks_at_damped(scene, legs, every, apart)
@@ -619,7 +617,8 @@ def _made_of_rounding(scene: Scene, step: float) -> FloatArray:
     size = rounded * math.sqrt(sum(leg.steps for leg in legs))
     peaks = _verlet_peaks(scene, legs)
     change, rng = np.zeros_like(peaks), np.random.default_rng(0)
-    for _ in range(_SHIFTS):
+    # Number of random starts that measure the amplification of rounding (chosen)
+    for _ in range(4):
         start = np.zeros((2, granules))
         start[0] = size * rng.standard_normal(granules)
         shifted = _verlet_peaks(scene, legs, start)

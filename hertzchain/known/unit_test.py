@@ -33,11 +33,8 @@ STEP = 0.05  # natural time units: a wave passes a granule in about fifty steps
 # steps between snapshots: first as in LAMMPS's own tests, then two granules further
 SEGMENTS = (4, 16, 20)
 
-WEAKEST = 1e-3  # fraction of the strongest contact: weaker contacts lose all digits in coordinates
 MOST_GRANULES = 200  # most granules (chosen): people read the test, and it has to be quick
 ROOM = 30  # tolerance over the error by rounding measured here; LAMMPS had 6 in 75 scenes
-_RISE = 2.0  # natural time units before the peak of an impact, in which it rises to half; chosen
-LARGEST_EPSILON = 1e-6  # a test with a larger tolerance has no value
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,14 +73,16 @@ def known_motion(scene: Scene) -> KnownMotion:
         times = np.array([min(scene.ramps[-1].end, middle, scene.end_time)])
     else:
         then = float(peak_time[impact])
-        times = np.linspace(max(then - _RISE * scene.units.time, 0.0), then, 100)
+        # Natural time units before the peak of an impact, in which it rises to half; chosen
+        times = np.linspace(max(then - 2.0 * scene.units.time, 0.0), then, 100)
     history = native.run(scene, record=times).history
     assert history is not None
     rising = history.contact_force[:, impact]
     frame = int(np.argmax(rising >= 0.5 * rising[-1]))
     # The well pressed contacts around the strongest one lie between two weak ones.
     force = history.contact_force[frame]
-    weak = np.concatenate([[-1], np.flatnonzero(force < WEAKEST * np.max(force)), [force.size]])
+    # Fraction of the strongest contact: weaker contacts lose all digits in coordinates
+    weak = np.concatenate([[-1], np.flatnonzero(force < 1e-3 * np.max(force)), [force.size]])
     after = int(np.searchsorted(weak, np.argmax(force)))
     first, last = int(weak[after - 1]) + 1, min(int(weak[after]), scene.chain.granules - 1)
     granules = last - first + 1
@@ -149,7 +148,8 @@ def let_go(
         for name in ("position", "velocity", "force")
     )
     epsilon = 10.0 ** math.ceil(math.log10(ROOM * max(worst, 1e-16)))
-    if epsilon > LARGEST_EPSILON:
+    # A test with a larger tolerance has no value
+    if epsilon > 1e-6:
         allowed = (
             f"rounding of coordinates would change the motion by {worst:.1g}, too much for a test:"
             " take a harder shock, or a softer material"

@@ -22,14 +22,6 @@ from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
 from hertzchain.scene.terms import DAMPING, Contact
 
-_ERRATIC_DIFFERENCE, _HIGHER_RATIO = 1e-3, 1.5
-"""Relative difference of later peaks from which on a later wave may be a contact's peak; and its
-most force over that of later peaks (chosen). In two of 1,410 random scenes a contact had another
-peak, up to 5 % higher, than in both runs, which differed by 0.04 and 0.4."""
-
-_DIGIT = 0.1
-"""Error of a force that has one right digit."""
-
 COLUMNS = (
     "first_peak_force_N", "first_peak_time_s", "arrival_time_s", "first_width_s",
     "first_peak_error", "arrival_error_s", "first_width_error_s",
@@ -89,7 +81,8 @@ class ContactErrors:
         """Return first pulses without those that have no right digit: NaN for them."""
         if first is None or self.first is None:
             return None
-        return first.only(self.first < _DIGIT)
+        # Error of a force that has one right digit
+        return first.only(self.first < 0.1)
 
     @property
     def largest(self) -> float:
@@ -173,8 +166,11 @@ class Peaks:
         peak = _relative(other.force, self.force, judged)
         ended = np.where(pulses.is_ended, pulses.arrival + pulses.width, np.inf)[: peak.size]
         later = judged & (self.time > ended)
-        if np.any(peak[later] > _ERRATIC_DIFFERENCE):
-            later |= judged & (self.force < _HIGHER_RATIO * np.max(self.force[later]))
+        # Relative difference of later peaks from which on a later wave may be a contact's peak; and
+        # its most force over that of later peaks (chosen). In two of 1,410 random scenes a contact
+        # had another peak, up to 5 % higher, than in both runs, which differed by 0.04 and 0.4.
+        if np.any(peak[later] > 1e-3):
+            later |= judged & (self.force < 1.5 * np.max(self.force[later]))
         peak = np.where(later, np.max(peak[judged]), peak)
         has = ~np.isnan(pulses.force)
         first = _relative(others.force, pulses.force, has)
@@ -246,18 +242,15 @@ def _largest(errors: FloatArray) -> float:
     return float(np.max(errors[~np.isnan(errors)], initial=0.0))
 
 
-_SHORTEST_CHAIN = 5.0  # granules over LM_ratio; collisions repeat below: 1.6 times the bound at 4.2
-
 REST_OF_TIMES = 1.5  # rest of bounds over that of forces; 1.4 in the worst of 9,000 random runs
 
 SHORT = 0.1  # natural time units; at shorter steps the error of every method is below round-off
-_MOST_DAMPER_RATE = 1e6  # over that of contacts (chosen); at 1e4 many runs do not progress
-_STABLE_STEP_RATIO = 0.85  # fraction of the longest stable step: contacts under 2.2 F0 are stiffer
 
 
 def is_short(momentum_ratio: Any, granules: Any) -> Any:
     """Return whether a chain is short for its pulse; takes numbers or arrays."""
-    return granules < _SHORTEST_CHAIN * momentum_ratio
+    # Granules over LM_ratio; collisions repeat below: 1.6 times the bound at 4.2
+    return granules < 5.0 * momentum_ratio
 
 
 def amplifies_errors(scene: Scene) -> bool:
@@ -391,7 +384,8 @@ def coarser_run(legs: Sequence[Leg], stable: float, order: int = 2) -> SecondRun
     step to the power ``order``.
     """
     longest = max(leg.dt for leg in legs)
-    if min(leg.steps for leg in legs) < 3 or 1.5 * longest > _STABLE_STEP_RATIO * stable:
+    # Fraction of the longest stable step: contacts under 2.2 F0 are stiffer
+    if min(leg.steps for leg in legs) < 3 or 1.5 * longest > 0.85 * stable:
         thrice = tuple(leg.in_steps(3 * leg.steps) for leg in legs)
         return SecondRun(thrice, 1 / (1 - 3**-order))
     coarse = tuple(leg.in_steps(2 * leg.steps // 3) for leg in legs)
@@ -456,10 +450,6 @@ def highest_rate(scene: Scene) -> float:
     return _largest_row(scene, granules.damping * overlap**contact.exponent)
 
 
-_NEGLIGIBLE_DAMPER = 1e-100
-"""Parameter of dampers that makes their rate negligible."""
-
-
 def refuse_strong_dampers(scene: Scene) -> None:
     """Raise a SceneError for dampers too strong for every method; it names the strongest allowed.
 
@@ -471,7 +461,8 @@ def refuse_strong_dampers(scene: Scene) -> None:
         return
     key, walls = DAMPING[contact.damping], {"wall": scene.wall, "near_wall": scene.near_wall}
     # In units of the limit: rates of impossible dampers overflow.
-    unit, nearly_none = contact.with_parameter(1.0), contact.with_parameter(_NEGLIGIBLE_DAMPER)
+    # Parameter of dampers that makes their rate negligible
+    unit, nearly_none = contact.with_parameter(1.0), contact.with_parameter(1e-100)
     own_law = {name: wall for name, wall in walls.items() if wall and wall.own_damping}
     without: Any = {name: wall.damped(nearly_none) for name, wall in own_law.items()}
     alone = {"contact": (contact, replace(scene, contact=unit, **without))}
@@ -479,7 +470,8 @@ def refuse_strong_dampers(scene: Scene) -> None:
         damped = replace(scene, contact=nearly_none, **without | {name: wall.damped(unit)})
         alone[name] = contact.at(wall), damped
     for section, (law, damped) in alone.items():
-        most = _MOST_DAMPER_RATE / (highest_rate(damped) * scene.contact_time)
+        # Rate of the dampers over that of contacts (chosen); at 1e4 many runs do not progress
+        most = 1e6 / (highest_rate(damped) * scene.contact_time)
         allowed = (
             f"must be at most {most:.2g} {keys_of(Contact)[key].unit} in this scene: stronger"
             " dampers are beyond what can be computed"

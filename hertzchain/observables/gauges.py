@@ -153,9 +153,6 @@ _NEAR_FRAMES, _DOUBLINGS, _DOUBLING_STEPS = 4.0, 12, (2, 8)
 that, over the distance of frames, get further frames up to there: their distances are doubled so
 often, in so many steps each in the two runs (chosen)."""
 
-_CORNER_RATIO = 1e-5
-"""Distance of frames from a corner of the drive, whose force may jump there, over that of the
-others (chosen)."""
 
 _PARTS = 8
 """Parts of the time between two frames in which maxima are searched (chosen), and parts of the
@@ -164,13 +161,6 @@ brackets that close around maxima and crossings."""
 _BRACKET_ROUNDS = 12
 """How often brackets are cut: down to 1e-8 of a frame for maxima, 2e-12 for crossings."""
 
-_ERROR_RATIO = 3.0
-"""Bound of an error over the difference of two runs (chosen): of first-order steps and their halves
-it is 2, of second-order ones 4/3."""
-
-_LEAST_ERROR = 2e-8
-"""Least error that is stated, over total forces and the time unit: that of histories, which two
-runs may share. In two of about 300 random scenes it was 1e-9 and 1.2e-8."""
 
 COLUMNS = (
     "time_s", "force_N", "arrival_time_s", "width_s", "time_error_s", "force_error",
@@ -245,10 +235,14 @@ def trains_of(scene: Scene, engine: Recorded, other: Recorded) -> tuple[Train, .
     differences = [_differences(*pair) for pair in zip(trains, pulses, strict=True)]
     times = np.concatenate([train[0] for train in trains])
     units = np.array([[1.0], [scene.contact_time], [scene.contact_time]])
-    differing = _ERROR_RATIO * causal(np.concatenate(differences, axis=1), times)
+    # Bound of an error over the difference of two runs (chosen): of first-order steps and their
+    # halves it is 2, of second-order ones 4/3
+    differing = 3.0 * causal(np.concatenate(differences, axis=1), times)
     every, begin = [], 0
     for gauge, signal, train in zip(gauges, signals, trains, strict=True):
-        least = _LEAST_ERROR * units * (1 + signal.static / train[1])
+        # Least error that is stated, over total forces and the time unit: that of histories, which
+        # two runs may share. In two of about 300 random scenes it was 1e-9 and 1.2e-8.
+        least = 2e-8 * units * (1 + signal.static / train[1])
         force, arrival, width = differing[:, begin : begin + train.shape[1]] + least
         begin += train.shape[1]
         time = signal.doubt(train, force) + arrival
@@ -264,7 +258,9 @@ def _frames(scene: Scene, kinks: FloatArray, apart: float, closer: int) -> Float
     kinks their distance is doubled in ``closer`` steps.
     """
     step = apart * scene.contact_time
-    legs, aside = scene.schedule(step), _CORNER_RATIO * step
+    # Distance of frames from a corner of the drive, whose force may jump there, over that of the
+    # others (chosen)
+    legs, aside = scene.schedule(step), 1e-5 * step
     usual = [np.linspace(leg.start + aside, leg.end - aside, leg.steps + 1) for leg in legs]
     offsets = _NEAR_FRAMES * step * 2.0 ** (np.arange(-_DOUBLINGS * closer, 1) / closer)
     near = kinks[:, np.newaxis] + np.concatenate([-offsets, [0.0], offsets])

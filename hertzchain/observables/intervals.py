@@ -33,13 +33,6 @@ from hertzchain.observables.observer import (
     value_at,
 )
 
-_LEAST_MAXIMUM_RATIO = 1e-4
-"""Fraction of the largest force below which a maximum between samples does not count: the front of
-a wave grows by powers of ten within an interval, which may seem a maximum."""
-
-_LEAST_CONTACT_RATIO = 1e-9
-"""Shortest time of contact in an interval, over the interval (chosen): lengths divide rates."""
-
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
 """Points of Gauss and Legendre from -1 to 1, and their weights."""
 
@@ -108,7 +101,8 @@ def touch(
     speed = start[1] + high * (growth + high * bend / 2)
     change = growth + high * bend - inverse_mass * damping * speed
     doubt = high * abs(after - growth)
-    return min(high, h * (1.0 - _LEAST_CONTACT_RATIO)), (0.0, speed, change, np.nan), doubt
+    # Shortest time of contact in an interval, over the interval (chosen): lengths divide rates
+    return min(high, h * (1.0 - 1e-9)), (0.0, speed, change, np.nan), doubt
 
 
 @part
@@ -234,7 +228,9 @@ def keep_loads(
     _keep_samples(signals, loads, time, motion, force)
     counts = 0.0
     for k in range(signals.size):
-        counts = max(counts, _LEAST_MAXIMUM_RATIO * loads.force[k])
+        # Fraction of the largest force below which a maximum between samples does not count: the
+        # front of a wave grows by powers of ten within an interval, which may seem a maximum
+        counts = max(counts, 1e-4 * loads.force[k])
     nothing = (0.0, 0.0, 0.0, 0.0)
     for k in range(signals.size):
         s = signals[k]

@@ -154,17 +154,6 @@ force."""
 FLOOR, _OTHER_FLOORS = 0.01, (0.003, 0.03)
 """Least force of a first pulse over the largest of the run, and two other choices to compare."""
 
-_TOLERANCE = 0.01
-"""Difference of forces up to which two choices give the same pulse."""
-
-_STEADY_FALL_RATIO = 2.0
-"""How long a steady fall from the first of ``FALLS`` to the last takes at most, over what it would
-take at its steepest slope (exponential: 1.2). Otherwise the force may dip to a half and rise again,
-and the end has no right digit.
-"""
-
-_FRONT_TIME, _FRONT_END_RATIO = 10.0, 1.01
-"""A front: time without a larger force [time units of the contact], and the ratio that ends it."""
 
 LEAST = 1e-9
 """Dynamic forces that are not observed, over the natural unit plus the static force: no pulse that
@@ -186,8 +175,6 @@ PIECES = 128
 """Parts of steps that are kept of a rise, from half of its height on (chosen). If there are more,
 neighbours are joined."""
 
-_JOIN_ERROR = 1e-9
-"""How far the cubic over two pieces may be off where they meet, over the force there (chosen)."""
 
 PARTS = 8
 """Parts of a step in which extrema of a force are searched."""
@@ -195,12 +182,6 @@ PARTS = 8
 ROOM = PARTS + 10
 """Room for places of extrema and both ends, and for the coefficients of a slope."""
 
-_EDGE_RATIO = 1e-6
-"""Part of a step at its ends in which no extrema are searched (chosen): where a contact closes,
-rounding decides whether it is open at the very start."""
-
-_OPEN_RATE_RATIO = 1e-200
-"""Rate of the force of an open contact over the rate of its overlap."""
 
 _PLACE_ERROR = 1e-13
 """How near in a step, or in force, a crossing or an extremum is found."""
@@ -412,7 +393,8 @@ def acting_rate(
     found next to the place where a contact closes or opens.
     """
     if d <= 0.0:
-        return _OPEN_RATE_RATIO * w
+        # Rate of the force of an open contact over the rate of its overlap
+        return 1e-200 * w
     rate = 1.5 * stiffness * math.sqrt(d) * w
     if damping != 0.0:
         rate += damping * power_of(d, exponent) * (exponent * w * w / d + bend)
@@ -613,7 +595,8 @@ def _joins(row: Record, later: Record, to: Record, s: Record) -> bool:
     before, after = _rate_of_piece(row, row.low, s), _rate_of_piece(later, later.high, s)
     first, last, met = row.before, later.top, row.top
     off = _cubic((middle - begin) / h, first, last, h * before, h * after) - met
-    if abs(off) > _JOIN_ERROR * (met + s.static):
+    # How far the cubic over two pieces may be off where they meet, over the force there (chosen)
+    if abs(off) > 1e-9 * (met + s.static):
         return False
     to.begin, to.h, to.low, to.high, to.before, to.top = begin, h, 0.0, 1.0, first, last
     to.start[0], to.end[0], to.scale = before, after, 0.0
@@ -700,7 +683,9 @@ def _rise(w: Watch, k: int, p: Piece, step: Step, part: Stretch) -> None:
     if last >= 0 and s.slowness > 0.0:
         stands, since = maxima[last].force, maxima[last].time
         unit = s.slowness * (stands + s.static) ** (-1 / 6)
-        stood = p.begin - since > _FRONT_TIME * unit
+        # A front: time without a larger force [time units of the contact], and the ratio that ends
+        # it
+        stood = p.begin - since > 10.0 * unit
         if stood and math.isnan(maxima[last].exceeded):
             maxima[last].arrival = _reached(w, k, stands / 2)
             maxima[last].exceeded = math.inf
@@ -711,7 +696,7 @@ def _rise(w: Watch, k: int, p: Piece, step: Step, part: Stretch) -> None:
     maximum.force, maximum.time = part.top, p.begin + part.high * p.h
     if s.slowness > 0.0:
         for n in range(s.pulses - 1):
-            level = _FRONT_END_RATIO * maxima[n].force
+            level = 1.01 * maxima[n].force
             if maxima[n].exceeded == math.inf and part.top > level:
                 place = _place(p, level, part.low, part.high, part.before, part.top, False, s)
                 maxima[n].exceeded = p.begin + p.h * place
@@ -762,7 +747,9 @@ def look(w: Watch, k: int, step: Step, f0: float, f1: float, smooth: bool) -> No
     places[0] = 0.0
     is_elastic = s.damping == 0.0 and s.other_stiffness == 0.0
     if smooth and not (is_elastic and is_monotone(p.a, w.room[PARTS + 2 :])):
-        count += extrema(p, _EDGE_RATIO, places, s)
+        # Part of a step at its ends in which no extrema are searched (chosen): where a contact
+        # closes, rounding decides whether it is open at the very start
+        count += extrema(p, 1e-6, places, s)
     places[count] = 1.0
     force = f0 - s.static
     if s.pulses > 0 and f0 <= s.below:  # the force jumps
@@ -900,10 +887,14 @@ def read_off(w: Watch) -> None:
         for other in (
             first, last, _end_of(w, k, 1, _OTHER_FLOORS[0]), _end_of(w, k, 1, _OTHER_FLOORS[1]),
         ):  # fmt: skip
-            is_clear = is_clear and abs(_force_of(w, k, other, front) - force) <= _TOLERANCE * force
+            # Difference of forces up to which two choices give the same pulse
+            is_clear = is_clear and abs(_force_of(w, k, other, front) - force) <= 0.01 * force
         pulse.is_clear, pulse.is_front = is_clear, is_front
         pulse.is_steady = is_front
         if not is_front and last < count:
             slope = max(maxima[first].slope, maxima[last].slope, maxima[n].slope)
             lasts = w.falls[k, last, 2] - w.falls[k, first, 0]
-            pulse.is_steady = lasts * slope <= _STEADY_FALL_RATIO * (FALLS[0] - FALLS[2]) * force
+            # How long a steady fall from the first of ``FALLS`` to the last takes at most, over
+            # what it would take at its steepest slope (exponential: 1.2). Otherwise the force may
+            # dip to a half and rise again, and the end has no right digit.
+            pulse.is_steady = lasts * slope <= 2.0 * (FALLS[0] - FALLS[2]) * force

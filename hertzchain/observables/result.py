@@ -211,7 +211,6 @@ def _weaker(scene: Scene, contacts: int) -> FloatArray:
 
 
 ROUGH = 0.01  # error of the peaks above which p means nothing: p depends on changes of 1 %
-_STILL = 1e-6  # increase of a static force that is round-off, relative (chosen)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -385,7 +384,8 @@ class Result(ShownRun):
         if first is not None:
             late = np.where(np.isnan(first.force), late, ~first.is_ended)
         if self.static_force is not None:
-            late |= self.peak_force <= (1 + _STILL) * self.static_force
+            # Increase of a static force that is round-off, relative (chosen)
+            late |= self.peak_force <= (1 + 1e-6) * self.static_force
         return late & self.is_reached
 
     @property

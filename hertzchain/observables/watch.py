@@ -50,11 +50,6 @@ def times_on_held(contacts: int, has_wall: bool, fixed: Any) -> FloatArray:
     return times
 
 
-_RIVALS = 0.5
-"""Fraction of a contact's highest maximum above which a second one may take its place (chosen):
-errors of steps above that are refused."""
-
-
 class PeakWatch:
     """Keeps the largest force of each contact, energy lost in dampers and impulses, from samples.
 
@@ -106,7 +101,9 @@ class PeakWatch:
         what came before.
         """
         second = self._loads.maxima[1]
-        return np.asarray(np.where(second > _RIVALS * self.force, second, 0.0))
+        # Fraction of a contact's highest maximum above which a second one may take its place
+        # (chosen): errors of steps above that are refused
+        return np.asarray(np.where(second > 0.5 * self.force, second, 0.0))
 
     @property
     def reading_error(self) -> float:

@@ -20,10 +20,6 @@ WAVE_SPEED = 0.9055157764
 
 UNSETTLED = 0.1  # relative error above which no far field is reported (chosen)
 
-_NEIGHBOURS = 4  # contacts over which the growth is measured; a wave spans 5 granules
-_SPAN = 10  # contacts over which the speed is measured, as in ``SolitaryWave.speed``
-_FORCE_PER_SPEED = 6.0  # the speed goes as the sixth root of the force
-
 
 def unsettled(
     peak_force: FloatArray, peak_time: FloatArray, last: NDArray[np.intp], speed_at_1_newton:
@@ -53,14 +49,17 @@ def unsettled(
     """
     row = np.arange(last.size)
     height = peak_force[row, last]
-    near = np.minimum(_NEIGHBOURS, last // 2)
-    span = np.minimum(_SPAN, last // 2)
+    # Contacts over which the growth is measured; a wave spans 5 granules
+    near = np.minimum(4, last // 2)
+    # Contacts over which the speed is measured, as in ``SolitaryWave.speed``
+    span = np.minimum(10, last // 2)
     with np.errstate(divide="ignore", invalid="ignore"):
         growth = np.abs(height / peak_force[row, last - near] - 1) * last / near
         rate = span / (peak_time[row, last] - peak_time[row, last - span])
         mean = (height + peak_force[row, last - span]) / 2
         off = np.abs(rate / (speed_at_1_newton * mean ** (1 / 6)) - 1)
-    return np.asarray(growth + _FORCE_PER_SPEED * off)
+    # The speed goes as the sixth root of the force
+    return np.asarray(growth + 6.0 * off)
 
 
 STEADY = 0.01  # relative change between neighbouring peaks below which the transition is over

@@ -394,9 +394,6 @@ def failure_of(check: Check) -> Failure:
     return Failure(check.name, sentence, check.kind.advice)
 
 
-_MOST_FAILED_CONTACTS = 10  # most failed contacts outside the transition on a terminal
-
-
 def given_peaks(
     native: Result,
     what: str,
@@ -417,9 +414,10 @@ def given_peaks(
     off = np.nan_to_num(given / np.where(reference > 0, reference, np.nan) - 1, nan=np.inf)
     most = 0.99 * max(np.abs(off[failed]), default=0.0)  # as two digits show it
     worst = [k for k in failed if abs(off[k]) >= most][:1]
+    # Most failed contacts outside the transition on a terminal
     return Peaks(
         f"{what}, and by the reference method",
         [("contact", ""), (label, "[N]"), ("native", "[N]"), ("difference", ""), ("", "")],
         row,
-        sorted({*range(len(shown_contacts(native))), *failed[:_MOST_FAILED_CONTACTS], *worst}),
+        sorted({*range(len(shown_contacts(native))), *failed[:10], *worst}),
     )

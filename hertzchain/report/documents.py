@@ -439,9 +439,6 @@ def _facts_of_peaks(judgement: Judgement, judged: int, failed: int) -> list[tupl
     return facts
 
 
-_ROUND_OFF = 1e-9  # relative change of peaks that is round-off (chosen)
-
-
 def of_examination(examination: DeckExamination) -> Document:
     """Return the document of an examination of a user's deck."""
     native, tolerance, deck = examination.reference, examination.tolerance, examination.contents
@@ -524,9 +521,8 @@ def _effect(check: DeckCheck) -> str:
         return ""
     if not math.isfinite(check.effect):
         return "no bound of its effect on the peaks"
-    return (
-        "changes no peak" if check.effect < _ROUND_OFF else f"changes peaks by {check.effect:.1e}"
-    )
+    # Relative change of peaks that is round-off (chosen)
+    return "changes no peak" if check.effect < 1e-9 else f"changes peaks by {check.effect:.1e}"
 
 
 def _with_effect(check: DeckCheck) -> str:

@@ -24,13 +24,6 @@ if TYPE_CHECKING:
     from ase import Atoms
 
 
-MOST_READINGS = 4_000_000  # times and granules recorded at once: 100 MB for each simulation
-_FRAME_TIME = 0.2  # in the wave's units of time: at 0.4 a map shows 95 % of each peak
-_STILL_FORCE_RATIO, _MARGIN_SHARE = 0.01, 0.03
-"""Change of a force over the largest that is too small to be visible; room before and after the
-motion, over its duration (both chosen)."""
-
-
 def recorded(result: Result) -> History:
     """Return the history of a run; a SceneError if nothing was recorded."""
     if result.history is None:
@@ -47,8 +40,10 @@ def plot_times(scene: Scene) -> FloatArray:
     """Equally spaced times at which to record a run so that its wave can be drawn [s]."""
     # A wave's time goes as its force to the power -1/6.
     wave_time = float(scene.units.time * force_scale(scene.momentum_ratio) ** (-1 / 6))
-    wanted = int(np.ceil(scene.end_time / (_FRAME_TIME * wave_time))) + 1
-    return frame_times(scene, max(2, min(wanted, MOST_READINGS // scene.chain.granules)))
+    # In the wave's units of time: at 0.4 a map shows 95 % of each peak
+    wanted = int(np.ceil(scene.end_time / (0.2 * wave_time))) + 1
+    # Times and granules recorded at once: 100 MB for each simulation
+    return frame_times(scene, max(2, min(wanted, 4_000_000 // scene.chain.granules)))
 
 
 def drawn_contacts(result: Result, most: int) -> list[int]:
@@ -74,11 +69,13 @@ def with_peak(result: Result, contact: int) -> tuple[FloatArray, FloatArray]:
 
 def while_moving(time: FloatArray, off: FloatArray) -> tuple[float, float]:
     """Return start and end of changing forces [s], by their change at each time, with room."""
-    at = np.flatnonzero(off > _STILL_FORCE_RATIO * np.max(off))
+    # Change of a force over the largest that is too small to be visible; room before and after the
+    # motion, over its duration (both chosen)
+    at = np.flatnonzero(off > 0.01 * np.max(off))
     if not at.size:
         return float(time[0]), float(time[-1])
     begin, end = time[max(at[0] - 1, 0)], time[min(at[-1] + 1, time.size - 1)]
-    room = _MARGIN_SHARE * (end - begin)
+    room = 0.03 * (end - begin)
     return float(max(begin - room, time[0])), float(min(end + room, time[-1]))
 
 

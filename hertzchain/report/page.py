@@ -22,7 +22,6 @@ if TYPE_CHECKING:
 TEMPLATES = Path(__file__).parent / "templates"
 
 _MOST_ROWS = 200  # most rows of a table; all further numbers are in the page's JSON
-_PHONE_INCHES, _PHONE_RATIO = 3.8, 0.9  # width of the figure there; its height over the wide one
 
 
 CHECKED = ("", "check, and why this tolerance", "measured", "expected", "difference", "tolerance")
@@ -129,7 +128,8 @@ def pictures(draw: Callable[..., Picture]) -> list[Markup]:
     from markupsafe import Markup
 
     wide = draw()
-    narrow = draw(size=(_PHONE_INCHES, wide.get_figheight() * _PHONE_RATIO))
+    # Width of the figure there; its height over the wide one
+    narrow = draw(size=(3.8, wide.get_figheight() * 0.9))
     shown = {"wide": wide, "narrow": narrow}
     return [Markup(figure.inline(name)) for name, figure in shown.items()]  # noqa: S704
 

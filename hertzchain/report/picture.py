@@ -41,7 +41,6 @@ _LINE_EMS, _SPACE_EMS, _GAP_EMS, _EDGES_EMS = 2.2, 0.8, 1.0, 0.8
 """Widths in a legend, in sizes of its font: line, space before its text, gap between columns, and
 both edges."""
 
-_LETTERS_PER_INCH = 11  # letters of a label per inch of a figure; chosen: 13 fill an inch
 
 _PLAIN_RANGE = (1e-3, 1e4)  # of a logarithmic axis with plain numbers, not powers of ten
 
@@ -127,7 +126,8 @@ def in_units(axis: Any, label: str) -> None:
         name, scale = unit, 1.0
     length = axis.axes.figure.get_size_inches()["xy".index(axis.axis_name)]
     text = f"{before}{f' [{name}]' if name else ''}{after}"
-    axis.set_label_text(textwrap.fill(text, max(1, int(_LETTERS_PER_INCH * length))))
+    # Letters of a label per inch of a figure; chosen: 13 fill an inch
+    axis.set_label_text(textwrap.fill(text, max(1, int(11 * length))))
     if not is_log:
         axis.set_major_formatter(_Scaled(scale))
     elif low / scale >= _PLAIN_RANGE[0] and high / scale <= _PLAIN_RANGE[1]:

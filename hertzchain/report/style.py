@@ -34,16 +34,12 @@ def distinct(k: int) -> str:
     return _PALETTE[k % len(_PALETTE)]
 
 
-_FLAT_FORCE_RATIO, _MARGIN_SHARE = 0.5, 0.08
-"""From this share of the largest force on for the smallest, an axis need not start at 0; room above
-and below, of all that is drawn (both chosen).
-"""
-
-
 def force_limits(smallest: float, largest: float) -> tuple[float, float]:
     """Ends of an axis of forces [N]: from 0, or around the forces if all are far from 0."""
-    around = smallest > _FLAT_FORCE_RATIO * largest
-    room = _MARGIN_SHARE * (largest - smallest if around and largest > smallest else largest)
+    # From this share of the largest force on for the smallest, an axis need not start at 0; room
+    # above and below, of all that is drawn (both chosen)
+    around = smallest > 0.5 * largest
+    room = 0.08 * (largest - smallest if around and largest > smallest else largest)
     return (smallest - room, largest + room) if around else (0.0, largest + room or 1.0)
 
 

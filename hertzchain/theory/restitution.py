@@ -32,14 +32,6 @@ from hertzchain.scene.scene import Scene
 VISCOELASTIC, DASHPOT = 0.5, 0.0
 """Exponent q of the overlap in eta = c d^q."""
 
-_STEP_RTOL = 1e-13
-"""Relative error of a step of the integration; e is then right to 1e-10 (measured)."""
-
-_LEAST_DAMPING_NATURAL = 1e-12
-"""Damping in natural units below which e is 1 within 2e-12 (derived: 1 - e is at most 1.8 c)."""
-
-_LARGEST_DAMPING_NATURAL = 1e10
-"""Damping in natural units above which e is below 1e-16, and counts as 0 (measured)."""
 
 _CREEP_DAMPING = 8.0
 """Viscoelastic damping in natural units from which a contact that pulls creeps back (chosen).
@@ -157,9 +149,11 @@ def of_natural(damping: NotNegative, exponent: float, pulls: bool) -> float:
     """
     allowed = "must be 0 (dashpot) or 0.5 (viscoelastic)"
     require(exponent in (DASHPOT, VISCOELASTIC), "exponent", exponent, allowed)
-    if damping < _LEAST_DAMPING_NATURAL:
+    # Damping in natural units below which e is 1 within 2e-12 (derived: 1 - e is at most 1.8 c)
+    if damping < 1e-12:
         return 1.0
-    if damping > _LARGEST_DAMPING_NATURAL:
+    # Damping in natural units above which e is below 1e-16, and counts as 0 (measured)
+    if damping > 1e10:
         return 0.0
     if not pulls:
         return _parted(damping, exponent)
@@ -221,9 +215,10 @@ def _speed(damping: float, exponent: float, end: Event, *others: Event) -> float
     events = (end, *others)
     for event in events:
         event.terminal, event.direction = True, -1.0  # type: ignore[attr-defined]
+    # Relative error of a step of the integration; e is then right to 1e-10 (measured)
     solution = solve_ivp(
         motion, (0.0, math.inf), (0.0, 1.0), "DOP853", events=events,
-        rtol=_STEP_RTOL, atol=1e-16, first_step=1e-6 / (1 + damping),
+        rtol=1e-13, atol=1e-16, first_step=1e-6 / (1 + damping),
     )  # fmt: skip
     assert solution.status == 1, solution.message
     assert solution.y_events is not None

@@ -17,7 +17,6 @@ from hertzchain.arrays import FloatArray
 from hertzchain.scene.chain import Chain, natural_units
 from hertzchain.scene.keys import Positive
 
-_HALF_WIDTH = 16  # granules on either side; beyond them the wave is below 1e-300
 _POINTS_PER_GRANULE = 16  # eight points already give all digits
 
 
@@ -58,7 +57,8 @@ def solitary_wave() -> SolitaryWave:
     A step convolves r^(3/2) with the kernel, as a product with sinc^2 in Fourier space, and scales
     the result back to height 1; the scale tends to c^2.
     """
-    points = 2 * _HALF_WIDTH * _POINTS_PER_GRANULE
+    # Granules on either side; beyond them the wave is below 1e-300
+    points = 2 * 16 * _POINTS_PER_GRANULE
     x = (np.arange(points) - points // 2) / _POINTS_PER_GRANULE
     kernel = np.sinc(np.fft.rfftfreq(points, 1 / _POINTS_PER_GRANULE)) ** 2
     overlap = np.exp(-(x**2))

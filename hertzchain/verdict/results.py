@@ -38,21 +38,7 @@ if TYPE_CHECKING:
     import pandas
 
 
-_MOST_COUNTED_NUMBERS = 2000  # numbers of a file whose digits are counted (chosen)
 _FEWEST_SAMPLES = 7  # samples: a curve of sixth degree goes through so many
-_SIXTH_DEGREE_FACTOR = 4.0
-"""Factor on the difference of curves of sixth and fourth degree: the error of the former is at most
-3.2 times this difference for samples up to 0.8 natural time units apart, 0.1 times at 0.2
-(measured, see there). In random scenes with samples 0.02 to 1 unit apart, 45 of 9,932 peaks were
-off by more than this bound, nearly all with more than 0.6 between samples."""
-_COARSE_DIFFERENCE, _COARSE_FACTOR = 0.02, 10.0
-"""Difference of curves of fourth and second degree from which on samples are too far apart for
-this; and the largest error then, in such differences (measured, up to 1.2 units apart)."""
-_REPEATED_FORCE_RATIO = 0.05
-"""Largest difference of two samples of the same time, over the largest force: dampers act
-with velocities half a step apart in them. On granule 1 a force may begin between them."""
-_MOST_CRESTS = 8  # humps that are examined for each contact (chosen)
-_ROUNDED_DIGITS = 2.0  # last digits that rounded forces cost a peak at most: sums of a few (chosen)
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,7 +59,8 @@ def last_digit(values: FloatArray) -> float:
     some = np.abs(values[values != 0])
     if not some.size:
         return 0.0
-    words = [f"{value:.14e}" for value in some[:: max(1, some.size // _MOST_COUNTED_NUMBERS)]]
+    # Numbers of a file whose digits are counted (chosen)
+    words = [f"{value:.14e}" for value in some[:: max(1, some.size // 2000)]]
     digits = max(len(word.partition("e")[0].rstrip("0").replace(".", "")) for word in words)
     exponent = math.floor(math.log10(float(np.max(some))))
     return 0.0 if digits >= 15 else float(10.0 ** (exponent - digits + 1))
@@ -101,7 +88,9 @@ def peaks_of(scene: Scene, motion: Motion, file: object) -> Sampled:
     once = np.append(True, np.diff(motion.time) != 0)
     time = motion.time[once]
     repeated = np.abs(np.diff(motion.net_force[:, 1:], axis=0))[~once[1:]]
-    if np.max(repeated, initial=0.0) > _REPEATED_FORCE_RATIO * np.max(np.abs(motion.net_force)):
+    # Largest difference of two samples of the same time, over the largest force: dampers act with
+    # velocities half a step apart in them. On granule 1 a force may begin between them.
+    if np.max(repeated, initial=0.0) > 0.05 * np.max(np.abs(motion.net_force)):
         allowed = "has two different samples of one time: give the samples of one run"
         raise SceneError("", None, allowed, file=str(file))
     if time.size < _FEWEST_SAMPLES:
@@ -115,7 +104,8 @@ def peaks_of(scene: Scene, motion: Motion, file: object) -> Sampled:
         raise SceneError("", None, allowed, file=str(file))
     forces = _contact_forces(scene, time, motion, motion.net_force[once], file)
     peaks, error = _through_samples(time, forces)
-    error = error + _ROUNDED_DIGITS * motion.grain / np.where(peaks > 0, peaks, np.inf)
+    # Last digits that rounded forces cost a peak at most: sums of a few (chosen)
+    error = error + 2.0 * motion.grain / np.where(peaks > 0, peaks, np.inf)
     largest = float(np.max(error[judged_contacts(peaks)], initial=0.0))
     apart = f"{np.median(np.diff(time)):.3g} {'s' if motion.is_clock else 'steps'}"
     how = (
@@ -173,15 +163,22 @@ def _crests(values: FloatArray) -> NDArray[np.intp]:
     from scipy.signal import find_peaks
 
     humps = find_peaks(values)[0]
-    return np.union1d(humps[np.argsort(values[humps])[-_MOST_CRESTS:]], np.argmax(values))
+    # Humps that are examined for each contact (chosen)
+    return np.union1d(humps[np.argsort(values[humps])[-8:]], np.argmax(values))
 
 
 def _maximum(time: FloatArray, values: FloatArray, at: int) -> tuple[float, float]:
     """Return the maximum of a curve near a sample, and its error."""
     sixth, fourth, second = (_highest(time, values, at, beside) for beside in (3, 2, 1))
-    off = _SIXTH_DEGREE_FACTOR * abs(sixth - fourth)
-    if abs(fourth - second) > _COARSE_DIFFERENCE * fourth:
-        off = max(off, _COARSE_FACTOR * abs(fourth - second))
+    # Factor on the difference of curves of sixth and fourth degree: the error of the former is at
+    # most 3.2 times this difference for samples up to 0.8 natural time units apart, 0.1 times at
+    # 0.2 (measured, see there). In random scenes with samples 0.02 to 1 unit apart, 45 of 9,932
+    # peaks were off by more than this bound, nearly all with more than 0.6 between samples.
+    off = 4.0 * abs(sixth - fourth)
+    # Difference of curves of fourth and second degree from which on samples are too far apart for
+    # this; and the largest error then, in such differences (measured, up to 1.2 units apart)
+    if abs(fourth - second) > 0.02 * fourth:
+        off = max(off, 10.0 * abs(fourth - second))
     if at in (0, time.size - 1):  # cut off: how much higher the force went is not known
         off = max(off, abs(values[at] - values[min(max(at, 1), time.size - 2)]))
     return sixth, off
@@ -199,8 +196,6 @@ def _highest(time: FloatArray, values: FloatArray, at: int, beside: int) -> floa
 
 
 _PLACES, _FORCES = (("x", "y", "z"), ("xu", "yu", "zu")), (("fx", "fy", "fz"),)
-_MOST_WIDTH_RATIO = 1e-3  # of places across a chain over its length (chosen)
-_PUSH_FORCE_RATIO = 0.05  # of the largest force, from which an end of the chain is pushed (chosen)
 
 
 def is_dump(text: str) -> bool:
@@ -317,7 +312,8 @@ def _axis(place: FloatArray, file: str) -> int:
     """Return the axis that granules lie along."""
     extent = np.ptp(place, axis=0)
     across, along = np.sort(extent)[1:]
-    if across > _MOST_WIDTH_RATIO * along:
+    # Most width of a chain over its length (chosen)
+    if across > 1e-3 * along:
         allowed = (
             f"has granules that are not in a row along x, y or z: they differ by {across:.3g} m"
             " across it"
@@ -328,7 +324,8 @@ def _axis(place: FloatArray, file: str) -> int:
 
 def pushed_at_the_end(force: FloatArray) -> bool:
     """Return whether the last granule feels a force before the first, (samples, granules)."""
-    counts = np.abs(force) > _PUSH_FORCE_RATIO * np.max(np.abs(force))
+    # Fraction of the largest force from which an end of the chain is pushed (chosen)
+    counts = np.abs(force) > 0.05 * np.max(np.abs(force))
     first, last = (np.flatnonzero(counts[:, k]) for k in (0, -1))
     return bool(last.size and (not first.size or last[0] < first[0]))
 

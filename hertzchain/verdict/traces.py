@@ -45,14 +45,6 @@ _COLUMN = re.compile(rf"({_SENSOR.pattern})(?:[ _/([]*[a-zA-Z]+[)\]]*)?")
 _TIME = re.compile(r"(?:time|t)(?:[ _(/\[]+(?:s|ms|us|µs|ns)[)\]]*)?", re.IGNORECASE)
 _SPEC = re.compile(r"\s*(?P<name>.*?)\s*(?:\[(?P<unit>[^\[\]]+)\])?\s*")
 
-_FLAT_SAMPLES = 4
-"""Least samples with the largest value of a clipped trace (chosen)."""
-
-_CREST_FALL_DIGITS = 16.0
-"""Largest fall of a crest next to as many flat samples, in digits: a parabola falls by 9."""
-
-_CLOCK_STEPS = 0.01
-"""Largest difference of times of files of one record, over a sample: digits of files (chosen)."""
 
 ENOUGH_QUIET_SAMPLES = 200
 """Quiet samples that give the noise to 5 %; with fewer, second differences of all are better."""
@@ -103,7 +95,9 @@ def _clipped(force: FloatArray) -> int:
     at = np.flatnonzero(force == largest)
     digit = np.min(np.diff(np.unique(force[force > largest / 2])), initial=largest)
     fall = largest - force[max(at[0] - at.size, 0)]
-    return at.size if at.size >= _FLAT_SAMPLES and fall > _CREST_FALL_DIGITS * digit else 0
+    # Least samples with the largest value of a clipped trace (chosen)
+    # Largest fall of a crest next to as many flat samples, in digits: a parabola falls by 9
+    return at.size if at.size >= 4 and fall > 16.0 * digit else 0
 
 
 def is_traces(names: Sequence[str], columns: Mapping[str, str]) -> bool:
@@ -146,7 +140,9 @@ def read_records(
     channels = [read_traces(scene, *each) for each in zip(read, parts, strict=True)]
     time = channels[0].time
     for each, other in zip(read[1:], channels[1:], strict=True):
-        off = _CLOCK_STEPS * float(np.median(np.diff(time)))
+        # Largest difference of times of files of one record, over a sample: digits of files
+        # (chosen)
+        off = 0.01 * float(np.median(np.diff(time)))
         if time.shape != other.time.shape or not np.allclose(time, other.time, rtol=0, atol=off):
             raise HertzchainError(
                 f"{each.path}: has other times than {read[0].path}, and files of one record have"
@@ -268,19 +264,6 @@ _TIMES_PER_WIDTH, _MOST_TIMES = 60, 20_000
 _SHIFTS_PER_WIDTH = 10
 """Steps of the search for the shift for each width; least squares find the rest."""
 
-_UNSURE_FORCE_RATIO = 1e-4
-"""Difference of two accurate runs, over the peak, from which on later forces are not known."""
-
-_FIT_END_WIDTHS = 1.2
-"""End of the fit of a first pulse, in widths from its arrival: a little after the end of the pulse,
-where it has fallen to a half."""
-
-_QUIET_FORCE_RATIO = 1e-4
-"""Part of its largest force below which a gauge is quiet (chosen): that of most is far below two
-widths before a pulse arrives."""
-
-_DELAY_WIDTHS = 1e-6
-"""Least deviation of a delay, in widths, averaged over gauges: that of the splines."""
 
 FEWEST_SAMPLES = 8
 """Fewest samples of a first pulse that determine its height, time and width."""
@@ -338,7 +321,8 @@ def expected_of(scene: Scene, gauges: tuple[Gauge, ...], native: Native) -> Expe
     time = np.linspace(0.0, end, count)
     rough = Native(rtol=1e-6, time_limit=native.time_limit)
     force, other = (_recorded(result.scene, gauges, engine, time) for engine in (native, rough))
-    off = np.abs(other - force) > _UNSURE_FORCE_RATIO * np.max(np.abs(force), axis=0)
+    # Difference of two accurate runs, over the peak, from which on later forces are not known
+    off = np.abs(other - force) > 1e-4 * np.max(np.abs(force), axis=0)
     unsure = np.flatnonzero(off.any(axis=1))
     last = np.nanmax([reading.arrival + reading.width for reading in result.gauges])
     until = end if not unsure.size else max(float(time[unsure[0]]), float(last))
@@ -369,7 +353,9 @@ def without_offset(traces: Traces, expected: Expected, shift: float) -> Traces:
         arrival = min(read.arrival, expected.until)  # the latter where nothing arrives
         # Where contacts are unloaded before they are pressed, the gauge is quiet until then.
         strength = np.abs(expected.force[:, k])
-        moves = strength > _QUIET_FORCE_RATIO * np.max(strength)
+        # Part of its largest force below which a gauge is quiet (chosen): that of most is far below
+        # two widths before a pulse arrives
+        moves = strength > 1e-4 * np.max(strength)
         quiet = min(arrival - 2 * width, float(expected.time[np.argmax(moves)]))
         before = force[traces.time - shift < quiet, k]
         if before.size >= FEWEST_SAMPLES:
@@ -435,7 +421,9 @@ def matched(
     read = expected.readings[k]
     if not np.isfinite(read.width):
         return None
-    begin, end = read.arrival - read.width, read.arrival + _FIT_END_WIDTHS * read.width
+    # End of the fit of a first pulse, in widths from its arrival: a little after the end of the
+    # pulse, where it has fallen to a half
+    begin, end = read.arrival - read.width, read.arrival + 1.2 * read.width
     during = (traces.time - shift >= begin) & (traces.time - shift <= end)
     time, force = traces.time[during] - shift, traces.force[during, k]
     if time.size < FEWEST_SAMPLES or time[-1] < read.arrival + read.width * 0.9:
@@ -466,7 +454,8 @@ def aligned(traces: Traces, expected: Expected, shift: float | None) -> tuple[Tr
         allowed = "have no whole first pulse of this scene: check clock, unit and gauges"
         require(delays.size > 0, "traces", None, allowed)
         # Samples limit the accuracy of the shift even without noise.
-        least = _DELAY_WIDTHS * float(np.nanmin([reading.width for reading in expected.readings]))
+        # Least deviation of a delay, in widths, averaged over gauges: that of the splines
+        least = 1e-6 * float(np.nanmin([reading.width for reading in expected.readings]))
         at += float(np.average(delays[:, 0], weights=1 / (delays[:, 1] + least) ** 2))
     return traces, at
 
@@ -478,11 +467,6 @@ TRAVEL = Kind("time of travel [s]", "the scene has another speed: try E, density
 ARRIVAL = Kind("arrival [s]", "the clock of the recording is not that of the scene")
 TRACE = Kind("whole trace, rms of differences over the first peak", _ADVICE)
 
-_NOISE_DEVIATIONS = 3.0
-"""Standard deviations of noise that are added to a tolerance: one of 400 is beyond."""
-
-_PULSE_FORCE_RATIO = 0.1
-"""Part of the largest force above which the reference is within a pulse."""
 
 _TRACE_OVER_NOISE = 1.2
 """Largest differences of a whole trace over the noise, which 200 quiet samples determine to 5 %:
@@ -636,7 +620,8 @@ def judge_traces(
             said = "the first pulse is not whole, only the trace is judged"
             remarks.append(f"{gauge.place}: {said}")
     for number in numbers:
-        noise, most = _NOISE_DEVIATIONS * number.deviation, tolerance * number.simulated
+        # Standard deviations of noise that are added to a tolerance: one of 400 is beyond
+        noise, most = 3.0 * number.deviation, tolerance * number.simulated
         limit = most + noise + number.error
         if noise > most and abs(number.measured - number.simulated) <= limit:
             remarks.append(
@@ -698,7 +683,8 @@ def _whole(
     during = (time >= 0) & (time <= expected.until)
     peak = float(np.max(np.abs(expected.force[expected.time <= expected.until, k])))
     true = expected.at(k, time[during])
-    is_pulse = np.abs(true) > _PULSE_FORCE_RATIO * peak
+    # Part of the largest force above which the reference is within a pulse
+    is_pulse = np.abs(true) > 0.1 * peak
     if np.count_nonzero(is_pulse) < FEWEST_SAMPLES:
         return None
     off = (traces.force[during, k] - true) / peak

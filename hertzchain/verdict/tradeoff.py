@@ -107,13 +107,6 @@ _STEPS = {
 _RK4_STEPS = _halvings(0.4, 0.4 / 2**7)[::2]
 """Steps of the method in NumPy, natural time units: the last takes a second."""
 
-_SCIPY_STEP_FACTOR, _DAMPER_SAMPLES = 10.0, 40
-"""Longest step of SciPy over that of ``Native("scipy")``, and samples of it for damped contacts.
-
-With 1 in place of 10 the demo costs as much at 1e-4 as at 1e-8; with 10 no shipped scene with terms
-misses a collision. Damped forces between fewer samples are off by 2e-7 at 1e-8 (measured).
-"""
-
 
 def _with_steps(integrated: Callable[..., Simulation], scene: Scene, step: float) -> Outcome:
     """Run a method with given steps, without an error estimate."""
@@ -157,8 +150,12 @@ def _scipy(scene: Scene, rtol: float) -> Outcome:
     """
     from hertzchain.engines.native.as_written import simulate_in_scipy
 
-    limit, longer = Deadline(TIME_LIMIT), _SCIPY_STEP_FACTOR
-    run = simulate_in_scipy(scene, rtol, limit, longer=longer, samples=_DAMPER_SAMPLES)
+    # Longest step of SciPy over that of ``Native("scipy")``, and samples of it for damped contacts.
+    # With 1 in place of 10 the demo costs as much at 1e-4 as at 1e-8; with 10 no shipped scene with
+    # terms misses a collision. Damped forces between fewer samples are off by 2e-7 at 1e-8
+    # (measured).
+    limit, longer = Deadline(TIME_LIMIT), 10.0
+    run = simulate_in_scipy(scene, rtol, limit, longer=longer, samples=40)
     return Outcome(run.peaks.force * scene.units.force, run.evaluations)
 
 
@@ -171,7 +168,6 @@ def _lammps(scene: Scene, step: float, extrapolated: bool = False) -> Outcome:
 TRUTH_STEP = 1 / 80  # step of the truth [contact times], a quarter of the reference's own
 TRUTH_ERROR = 1e-12  # least error of the truth: its peaks change by 2e-13 if its step is quartered
 _LONGEST_RUN_SECONDS = 2.0  # after a longer run its contender is not run at costlier settings
-_ROUNDS = 2  # rounds of each setting: other work of the machine lasts for seconds
 _MOST_TIMED_RUNS, _ENOUGH_SECONDS = 20, 0.05  # in a round; of a round
 
 
@@ -261,7 +257,8 @@ def tradeoff(
     fastest: dict[tuple[str, float | None, float | None], Row] = {}
     remarks: dict[str, None] = {}
     missing = False
-    for contender in running * _ROUNDS:
+    # Rounds of each setting: other work of the machine lasts for seconds
+    for contender in running * 2:
         report_progress(contender.name)
         try:
             for row in measured(contender, scene, truth.peak_force, enough):

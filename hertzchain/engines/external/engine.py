@@ -40,21 +40,7 @@ from hertzchain.scene.scene import (
 )
 from hertzchain.scene.schedule import Leg
 
-# interval between readings [natural time units]: costs 7e-9 of a peak at dt = 0.01, goes as 1 / dt
-_READING_INTERVAL = 0.3
-_RECORDING_INTERVAL = 0.1  # natural time units; at 0.3 opening contacts leave 5e-5 in velocities
-_KINK_PER_STEP = 0.02  # error of a peak over the square of a given step [natural units]
-# least number of readings on a leg with enough steps: the work of a short pulse needs them
-_READINGS_PER_RAMP = 8
-_TRIES = 3  # most runs to get below the wanted error: the first step may be a little too long
-_HALVINGS = 6  # most halvings of the steps until an extrapolation is as good as wanted
 STABLE = 2.0  # largest product of step and frequency of velocity Verlet: see ``stable_step``
-# natural time units; above it, opening contacts may hide the error of two runs
-_ERRATIC_STEP = 0.05
-_PILOT_STEP = 0.04  # natural time units; step of the first run in the search for a wanted error
-_COARSEST_STEP = 0.065  # natural time units; step of the first of three extrapolated runs, for 1e-6
-_COARSEST_DAMPED_STEP = 0.008  # the same for damped contacts, for the first of four runs
-_PLAIN_IF_DAMPED = 1e-4  # relative error of the peaks below which first-order steps are too slow
 # largest fraction of the longest stable step where a step is chosen for damped contacts
 _UNSTABLE = 0.5
 
@@ -218,7 +204,8 @@ class _Runner:
         remain.
         """
         engine = self.engine
-        needed = self.order == 1 and engine.dt is None and engine.rtol < _PLAIN_IF_DAMPED
+        # Relative error of the peaks below which first-order steps are too slow
+        needed = self.order == 1 and engine.dt is None and engine.rtol < 1e-4
         return engine.extrapolated or (needed and not step_error.touches_at_a_speed(self.scene))
 
     @property
@@ -275,7 +262,8 @@ class _Runner:
             return self._rough(self.scene.schedule(dt)).seen.wanted
 
         dt = self.engine.dt or self._step_for(peaks_at)
-        for _ in range(_TRIES):
+        # Most runs to get below the wanted error: the first step may be a little too long
+        for _ in range(3):
             legs = self.scene.schedule(dt)
             strides = [self.stride(leg, recording=False) for leg in legs]
             run = self.simulate(legs, strides)
@@ -308,7 +296,8 @@ class _Runner:
         )
         strides = [self.stride(leg, recording=False) for leg in legs]
         runs: list[Simulation] = []
-        for k in range(needed + _HALVINGS):
+        # Most halvings of the steps until an extrapolation is as good as wanted
+        for k in range(needed + 6):
             finer = tuple(leg.in_steps(2**k * leg.steps) for leg in legs)
             apart = [2**k * stride for stride in strides]
             runs = [*runs[1 - needed :], self.simulate(finer, apart)]
@@ -347,7 +336,8 @@ class _Runner:
     def _step_for(self, peaks_at: Callable[[float], FloatArray]) -> float:
         """Return the step [s] for the wanted error, by trials."""
         scene, wanted = self.scene, self.engine.rtol
-        pilot = _PILOT_STEP * scene.contact_time
+        # Step of the first run in the search for a wanted error [natural time units]
+        pilot = 0.04 * scene.contact_time
         if scene.contact is None:
             safety = error_bound.second_order_safety(scene, 0.0, rising=False)
             return error_bound.step_for(peaks_at, pilot, wanted, safety)
@@ -359,11 +349,13 @@ class _Runner:
         """Return the first step to extrapolate from [s]; longer steps cannot be extrapolated."""
         unit, part = self.scene.contact_time, self.engine.rtol / 1e-6
         if self.scene.contact is None:  # of fourth order
-            return min(_COARSEST_STEP * math.pow(part, 1 / 4), 0.4) * unit
+            # Step of the first of three extrapolated runs, for 1e-6 [natural time units]
+            return min(0.065 * math.pow(part, 1 / 4), 0.4) * unit
         longest = _UNSTABLE * error_bound.stable_step(self.scene, STABLE)
         wanted = 0.1 * self.engine.rtol  # runs are read after each of these steps, or more rarely
         longest = min(longest, step_error.damped_interval(self.scene, wanted, wanted))
-        return min(min(_COARSEST_DAMPED_STEP * math.sqrt(part), 0.2) * unit, longest)
+        # Step of the first of four runs of damped contacts, for 1e-6 [natural time units]
+        return min(min(0.008 * math.sqrt(part), 0.2) * unit, longest)
 
     def _is_enough(self, errors: ContactErrors, rest: float) -> bool:
         """Return whether shorter steps are unnecessary, or useless because of the other errors."""
@@ -380,9 +372,12 @@ class _Runner:
             return self.engine.read_every
         stride = self._longest_stride(leg)
         if recording:
-            stride = min(stride, int(_RECORDING_INTERVAL * self.scene.contact_time / leg.dt))
+            # Interval [natural time units]; at 0.3 opening contacts leave 5e-5 in velocities
+            stride = min(stride, int(0.1 * self.scene.contact_time / leg.dt))
         if leg.ramp is not None:
-            stride = min(stride, leg.steps // _READINGS_PER_RAMP)
+            # Least number of readings on a leg with enough steps: the work of a short pulse needs
+            # them
+            stride = min(stride, leg.steps // 8)
         return max(1, stride)
 
     def _longest_stride(self, leg: Leg) -> int:
@@ -390,14 +385,17 @@ class _Runner:
         unit = self.scene.contact_time
         if self.scene.contact is not None:
             return max(1, int(min(leg.steps, self._damped_interval(leg) / leg.dt)))
-        interval = _READING_INTERVAL * math.pow(0.01 * unit / leg.dt, 1 / 8)
+        # Interval between readings [natural time units]: costs 7e-9 of a peak at dt = 0.01, goes as
+        # 1 / dt
+        interval = 0.3 * math.pow(0.01 * unit / leg.dt, 1 / 8)
         if self.engine.dt is None:
             interval = min(
                 interval, math.pow(0.1 * self.engine.rtol / step_error.INTERPOLATION, 1 / 8)
             )
         if error_bound.amplifies_errors(self.scene):
             asked, step = self.engine.dt, leg.dt / unit
-            error = 0.1 * self.engine.rtol if asked is None else _KINK_PER_STEP * step**2
+            # Error of a peak over the square of a given step [natural units]
+            error = 0.1 * self.engine.rtol if asked is None else 0.02 * step**2
             interval = min(interval, math.pow(error / step_error.KINK, 1 / 3.5))
         return max(1, int(min(leg.steps, interval * unit / leg.dt)))
 
@@ -422,7 +420,8 @@ class _Runner:
         if self.order == 1:  # contacts that close at a speed do so anywhere within a step
             safety = error_bound.first_order_safety(scene, rising)
         erratic = self.order == 1 or rising or error_bound.amplifies_errors(scene)
-        if erratic or natural_step > _ERRATIC_STEP:
+        # Step above which opening contacts may hide the error of two runs [natural time units]
+        if erratic or natural_step > 0.05:
             others.append(error_bound.finer_run(legs, self.order))
         rough = [self._rough(other.legs) for other in others]
         weights, per_unit = [other.weight for other in others], 1 / scene.contact_time

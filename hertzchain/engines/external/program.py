@@ -18,8 +18,6 @@ from hertzchain.errors import BackendMissing, RunFailed
 from hertzchain.limits import Deadline
 
 SAID = "said.txt"  # file in the folder with all of a program's standard output and error
-_KEPT = 20_000  # characters kept from the end of a program's output
-_LEAST = 1e6  # bytes that must be free for temporary files of any run
 SLICE = 0.5  # seconds of one wait; on Windows Ctrl-C has to wait for its end
 _GRACE = 2.0  # seconds that a program gets to end on request
 
@@ -65,7 +63,8 @@ def work_folder(code: str) -> Iterator[Path]:
 
 
 def _refuse_full(folder: str) -> None:
-    if shutil.disk_usage(folder).free < _LEAST:
+    # Bytes that must be free for temporary files of any run
+    if shutil.disk_usage(folder).free < 1e6:
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), folder)
 
 
@@ -102,7 +101,8 @@ def run_program(
                 _wait(process, deadline)
             finally:
                 _kill(process)
-    text = said.read_text(encoding="utf-8", errors="replace")[-_KEPT:]
+    # Characters kept from the end of a program's output
+    text = said.read_text(encoding="utf-8", errors="replace")[-20_000:]
     if (status := process.returncode) != 0:
         how = f"ended with status {status}" if status > 0 else f"was ended by {signal_name(status)}"
         raise RunFailed(f"{code} {how}{_last_words(text)}")

@@ -24,13 +24,6 @@ from hertzchain.scene.schedule import Leg
 from hertzchain.scene.terms import Contact, Wall
 
 TOLERABLE = 1e-9  # predicted relative error of the peaks up to which a scene is computed unchanged
-_DEEPEST = 0.8  # deepest overlap expected [radii]: second neighbours touch where two add up to 2
-_FARTHEST = 8  # longest flight of a similar chain [chain lengths]; 2 would lose half as much again
-# largest force expected with terms [units of force] (chosen): a wall doubles a wave
-_HIGHEST_WITH_TERMS = 3.0
-_LOWEST_WITH_TERMS = 0.05  # smallest peak expected with terms [units of force] (chosen)
-# largest k: overlaps grow by 1e60, and all numbers stay in the range of floating point
-_SOFTEST = 100
 
 
 @dataclass(frozen=True)
@@ -120,12 +113,15 @@ def softening(scene: Scene, steps: int) -> Softening:
     """
     length, smallest = scene.units.length, float(np.min(scene.granules.radius))
     overlap, _, flight = _expected(scene)
-    deepest = _DEEPEST * smallest / overlap
+    # Deepest overlap expected [radii]: second neighbours touch where two add up to 2
+    deepest = 0.8 * smallest / overlap
     if length <= deepest and predicted_loss(scene, steps) <= TOLERABLE:
         return NONE
-    useful = _FARTHEST * _length(scene) / flight
+    # Longest flight of a similar chain [chain lengths]; 2 would lose half as much again
+    useful = 8 * _length(scene) / flight
     wanted = math.log(min(deepest, useful)) - math.log(length)
-    return Softening(min(math.floor(wanted / math.log(4)), _SOFTEST))
+    # Largest k: overlaps grow by 1e60, and all numbers stay in the range of floating point
+    return Softening(min(math.floor(wanted / math.log(4)), 100))
 
 
 def predicted_loss(scene: Scene, steps: int, scaling: Softening = NONE) -> float:
@@ -186,9 +182,11 @@ def _expected(scene: Scene) -> tuple[float, float, float]:
     # At all times as fast as a granule that the shock throws ahead, or that moves at the start.
     thrown = float(np.max(np.abs(scene.granules.velocity[1:]))) / scene.units.velocity
     flight = max(2.0 * min(1.0, scene.momentum_ratio), thrown) * scene.end_time / scene.units.time
+    # Largest force and smallest peak expected with terms [units of force] (chosen): a wall doubles
+    # a wave
     return (
-        _overlap(_HIGHEST_WITH_TERMS * float(stiffness[first] / np.min(stiffness))),
-        _overlap(_LOWEST_WITH_TERMS * float(stiffness[first] / np.max(stiffness))),
+        _overlap(3.0 * float(stiffness[first] / np.min(stiffness))),
+        _overlap(0.05 * float(stiffness[first] / np.max(stiffness))),
         flight,
     )
 

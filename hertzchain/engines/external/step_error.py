@@ -19,7 +19,6 @@ from hertzchain.scene.schedule import Leg
 
 INTERPOLATION = 3e-4  # relative error of a peak over interval^8 [natural units]; measured 1e-4
 KINK = 1.5e-3  # relative error over interval^3.5 [natural units]: an opening neighbour leaves 6e-4
-DAMPED_INTERVAL = 0.1  # longest interval between readings of damped contacts [natural units]
 DAMPED_INTERPOLATION = 0.1  # relative error over interval^5 [natural units]
 DAMPED_ONSET = 0.01  # relative error over (interval times rate of the dampers)^3; measured 0.005
 # relative error over dt^2 [natural units, or over the dampers' time], with readings at each step
@@ -27,11 +26,6 @@ DAMPED_READINGS = 0.2
 # bound of the error by a reading before a dashpot closes, over (interval times rate)^2; measured
 TOUCH = 0.1
 DASHPOT = 0.6  # relative error over dt times the rate of the dampers: see ``touch_error``
-# the same for extrapolated peaks over that of the finer run: twice its error, plus the other's
-_OF_EXTRAPOLATED = 4.0
-# steps of a leg in the finest of three runs: with fewer, errors are no power of dt yet
-_FEW_STEPS = 16
-_SAME = 1 - 1e-9  # least force of a first pulse over the highest, if it is that (rounding)
 
 
 def extrapolate(coarse: Peaks, fine: Peaks, order: int, longest: float) -> Peaks:
@@ -81,10 +75,12 @@ def extrapolation_safety(
     if scene.contact is not None:
         flies = "flying" if error_bound.fly_at_others(scene) else "damped"
         by_chance = 0.1 * dt if rising else 0.0
-        by_chance += _OF_EXTRAPOLATED * touch_error(scene, legs, peaks)
+        # Factor for extrapolated peaks: twice the error of the finer run, plus the other's
+        by_chance += 4.0 * touch_error(scene, legs, peaks)
         return error_bound.SAFETIES[f"extrapolated, {flies}"], by_chance
     if error_bound.amplifies_errors(scene) or rising:
-        few = max(leg.steps for leg in legs) < _FEW_STEPS
+        # Steps of a leg in the finest of three runs: with fewer, errors are no power of dt yet
+        few = max(leg.steps for leg in legs) < 16
         kind = "extrapolated, hard" + ", few steps" * few
         return error_bound.SAFETIES[kind], 0.05 * math.pow(dt, 2.5)
     return error_bound.SAFETIES["extrapolated"], 0.005 * math.pow(dt, 2.5)
@@ -157,7 +153,8 @@ def with_rivals(
     if first is None or errors.first is None or errors.dynamic is None:
         return replace(errors, peak=peak)
     of_first = np.zeros(first.force.size)
-    is_highest = (first.force + first.static)[: rivals.size] > _SAME * seen.force
+    # Least force of a first pulse over the highest, if it is that (rounding)
+    is_highest = (first.force + first.static)[: rivals.size] > (1 - 1e-9) * seen.force
     of_first[: rivals.size] = np.where(is_highest, rivals, 0.0)
     of_first /= errors.dynamic
     force, arrival, width = (
@@ -194,7 +191,8 @@ def damped_interval(scene: Scene, smooth: float, touch: float) -> float:
     ``smooth`` is the relative error of the peaks that it may cost while forces are smooth,
     ``touch`` that where a dashpot closes at a speed.
     """
-    within = min(DAMPED_INTERVAL, math.pow(smooth / DAMPED_INTERPOLATION, 1 / 5))
+    # Longest interval between readings of damped contacts [natural units]
+    within = min(0.1, math.pow(smooth / DAMPED_INTERPOLATION, 1 / 5))
     most = math.pow(smooth / DAMPED_ONSET, 1 / 3)
     if scene.contact is not None and scene.contact.exponent == 0:
         most = min(most, math.sqrt(touch / TOUCH))

@@ -24,15 +24,12 @@ Material = tuple[float, float]  # E [Pa] and nu
 
 _Kind = TypeVar("_Kind", bound=Hashable)
 
-_HEAVY = 1e30
-"""Density of a piston over that of the granule (chosen), for codes whose damping depends on both
-masses: the effect of its own mass is below round-off.
-"""
-
 
 def weighty_density(granules: Granules) -> FloatArray:
     """Density of each body [kg/m^3], (bodies,), very large for a piston and fixed ones."""
-    return np.where(np.isinf(granules.mass), _HEAVY, 1.0) * granules.density
+    # Density of a piston over that of the granule (chosen), for codes whose damping depends on both
+    # masses: the effect of its own mass is below round-off
+    return np.where(np.isinf(granules.mass), 1e30, 1.0) * granules.density
 
 
 def positions(scene: Scene) -> list[float]:

@@ -28,8 +28,6 @@ from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
 
 _LARGEST = 8e9  # largest size of all dumps [bytes]; chosen, as they are in a temporary folder
-_BYTES_PER_NUMBER = 24.0  # with all digits in a dump: -1.2345678901234567e-05 and a space
-_BYTES_PER_FRAME = 200.0  # bytes of the other lines of a frame
 
 _COLUMNS = ("x", "vx", "fx")  # numbers for each granule in the dumps of a run
 
@@ -262,7 +260,9 @@ def _snapshot(path: Path, columns: tuple[str, ...]) -> dict[str, FloatArray]:
 
 def _refuse_dumps(frames: int, granules: int, folder: Path) -> None:
     """Refuse a run whose dumps would not fit."""
-    needed = frames * (_BYTES_PER_FRAME + 3.3 * _BYTES_PER_NUMBER * granules)
+    # A number has 24 bytes with all digits in a dump, -1.2345678901234567e-05 and a space; the
+    # other lines of a frame have 200 bytes
+    needed = frames * (200.0 + 3.3 * 24.0 * granules)
     free = shutil.disk_usage(folder).free
     if needed > min(_LARGEST, free):
         raise TooExpensive(

@@ -176,9 +176,6 @@ BEFORE_ROOT_2, WITH_ROOT_2 = "before 2 Sep 2026", "2 Sep 2026 or later"
 _TSUJI = (1.2728, -4.2783, 11.087, -22.348, 27.467, -18.022, 4.8218)
 """Polynomial in e for alpha, lowest power first, from the manual (after Marshall 2009)."""
 
-_HIGHEST = 1.1
-"""Upper end of the search, above 1, where alpha is negative: at 1 it is still 3e-4."""
-
 
 def tsuji(restitution: float, root_2: bool) -> float:
     """Return alpha of ``damping tsuji`` for a nominal restitution."""
@@ -194,7 +191,8 @@ def asked_of_tsuji(restitution: float) -> float | None:
     """
     log = math.log(restitution)
     alpha = -math.sqrt(5) * log / math.hypot(math.pi, log)
-    low, high = 0.0, _HIGHEST
+    # Upper end of the search, above 1, where alpha is negative: at 1 it is still 3e-4
+    low, high = 0.0, 1.1
     if alpha > tsuji(low, root_2=False):
         return None
     for _ in range(60):  # bisections: to the last digit

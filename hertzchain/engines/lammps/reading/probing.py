@@ -110,7 +110,8 @@ def granules_of(lammps: Session) -> Granules:
         " ".join(sides), [sides[k] == "p" for k in chosen],
     )  # fmt: skip
     straight = _turned(granules, granules.frame)
-    if straight.is_chain or len(place) < _FEWEST_GRANULES:
+    # Least number of granules on a diagonal: two granules may also be misplaced
+    if straight.is_chain or len(place) < 3:
         return straight
     diagonal = _turned(granules, _along(place))
     if not diagonal.is_chain:
@@ -118,7 +119,8 @@ def granules_of(lammps: Session) -> Granules:
     along, ends = diagonal.frame[0], place[diagonal.order[[0, -1]]]
     room = []
     for end, way in ((ends[0], -along), (ends[1], along)):
-        leaves = np.abs(way) > _DIRECTION_ROUNDING  # through the sides of the box in that direction
+        # Component of a direction that is round-off (chosen)
+        leaves = np.abs(way) > 1e-9  # through the sides of the box in that direction
         to_side = np.where(way > 0, high - end, low - end)
         room.append(float(np.min(to_side[leaves] / way[leaves])))
     inside = diagonal.position[[0, -1], 0] + np.array([-1, 1]) * room
@@ -145,10 +147,6 @@ def members(lammps: Session, group: str, granules: Granules) -> NDArray[np.bool_
     return np.asarray(lammps.members(group)[granules.order])
 
 
-_DIRECTION_ROUNDING = 1e-9  # component of a direction that is round-off (chosen)
-_FEWEST_GRANULES = 3  # least number of granules on a diagonal: two granules may also be misplaced
-
-
 def _turned(granules: Granules, frame: FloatArray) -> Granules:
     """Granules in LAMMPS's order and axes, in their order along the first direction of a frame."""
     place = granules.position @ frame.T
@@ -169,8 +167,6 @@ _READINGS = 2000
 """Readings of the applied force while the shock lasts: a force that is held over more of them is
 detected, and a line between two is right to 1e-6 of a pulse."""
 
-_CONTACT_STEPS = 50  # time steps of a deck in a contact time, where that is unknown (chosen)
-_SHOCK_CONTACT_TIMES = 20.0  # duration of a shock in contact times, without a scene (chosen)
 
 DEPTHS = (-0.1, 0.01, 0.1, 0.3, 1.0, 3.0)
 """Overlaps that are tried, over that of the scene's natural unit of length.
@@ -213,12 +209,14 @@ class Sizes:
 
     def without_contacts(self, units: Units, dt: float) -> float:
         """The contact time, in the deck's unit, where no contact of the deck gives it."""
-        return _CONTACT_STEPS * dt if self.contact_time is None else self.contact_time / units.time
+        # Time steps of a deck in a contact time, where that is unknown (chosen)
+        return 50 * dt if self.contact_time is None else self.contact_time / units.time
 
     def between(self, units: Units, contact_time: float) -> float:
         """Time between two readings of the applied force, in the deck's unit."""
         if self.shock_time is None or self.contact_time is None:
-            return _SHOCK_CONTACT_TIMES * contact_time / _READINGS
+            # Duration of a shock in contact times, without a scene (chosen)
+            return 20.0 * contact_time / _READINGS
         if units.name == "lj":
             return self.shock_time / _READINGS * contact_time / self.contact_time
         return self.shock_time / _READINGS / units.time

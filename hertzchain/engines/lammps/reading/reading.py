@@ -55,10 +55,8 @@ from hertzchain.files import read_bytes
 from hertzchain.limits import TIME_LIMIT, Deadline, bound_memory, in_words
 from hertzchain.scene.scene import Scene
 
-_MOST_BYTES = 10_000_000  # of a deck or include; chosen, far above any deck written by hand
 _MOST_COMMANDS = 200_000  # carried out; chosen: a deck with more seems to be endless
 _MOST_STEPS = 2**31 - 1  # of one run of LAMMPS
-_MOST_SHOWN_CHARS = 200  # characters of a command in messages
 _VARIABLE = re.compile(r"ERROR: Variable (\w+):(?!.* before simulation box)")
 """Part of LAMMPS's message on a formula with a variable that it cannot evaluate yet."""
 
@@ -196,7 +194,8 @@ class Interpreter:
         if not text:
             return
         self.here = where
-        said = "" if self._is_outside else shown(text)[:_MOST_SHOWN_CHARS]
+        # Characters of a command in messages
+        said = "" if self._is_outside else shown(text)[:200]
         self._tell(f"{where.file}:{where.line}: {said}")
         if len(self.commands) >= _MOST_COMMANDS:
             raise RunFailed(
@@ -351,7 +350,8 @@ class Interpreter:
 
 def read_text(path: Path) -> str:
     """Return the text of a deck without a byte-order mark. Raises OSError, ValueError."""
-    text = read_bytes(path, _MOST_BYTES).decode("utf-8-sig", errors="replace")
+    # Most bytes of a deck or include (chosen): far above any deck written by hand
+    text = read_bytes(path, 10_000_000).decode("utf-8-sig", errors="replace")
     return text.replace("\r\n", "\n")
 
 
@@ -466,7 +466,8 @@ def _shocked(
     acts, velocity = np.abs(applied.force), probes.granules.velocity[:, 0]
     if np.any(acts) and applied.time.size > 1 and (is_pushed or not np.any(velocity)):
         impulse = np.diff(applied.time) @ (acts[1:] + acts[:-1])
-        begun = int(np.argmax(acts.max(axis=1) > _FORCE_SHARE * acts.max()))
+        # Fraction of the largest force that is above round-off (chosen)
+        begun = int(np.argmax(acts.max(axis=1) > 1e-3 * acts.max()))
         return impulse, float(np.sum(applied.force[begun]))
     if np.any(seen.driven) and seen.driven_time.size:
         way = seen.driven_ends[:, 0 if seen.driven[0] else -1]
@@ -474,33 +475,26 @@ def _shocked(
     return np.abs(velocity), float(np.sum(velocity))
 
 
-_FORCE_SHARE = 1e-3  # fraction of the largest force that is above round-off (chosen)
-
-
 def _middle(weight: FloatArray) -> float:
     """Return on which side of the chain's middle most of a weight is: below 0 near the start."""
     place = np.linspace(-1, 1, weight.size) if weight.size > 1 else np.zeros(1)
     middle = float(np.sum(weight * place))
-    return middle if abs(middle) > _WEIGHT_SHARE * float(np.sum(np.abs(weight))) else 0.0
-
-
-_WEIGHT_SHARE = 1e-6  # of all weight: a middle within round-off and equal granules (chosen)
+    # Fraction of all weight: a middle within round-off and equal granules (chosen)
+    return middle if abs(middle) > 1e-6 * float(np.sum(np.abs(weight))) else 0.0
 
 
 def _misfit(granules: Granules, scene: Scene, step: int) -> float:
     """Misfit of the deck's granules with the scene's, relative to a median, from either end on."""
     if granules.count != scene.chain.granules:
         return 0.0
+    # Relative difference below which granules are of one kind (chosen)
     return sum(
-        float(np.sum(np.abs(read[::step] / np.median(read) - true / np.nanmedian(true)) > _UNLIKE))
+        float(np.sum(np.abs(read[::step] / np.median(read) - true / np.nanmedian(true)) > 1e-2))
         for read, true in (
             (granules.radius, scene.granules.radius),
             (granules.mass, np.where(np.isinf(scene.granules.mass), np.nan, scene.granules.mass)),
         )
     )  # fmt: skip
-
-
-_UNLIKE = 1e-2  # relative: granules that differ by less are of one kind (chosen)
 
 
 def _image_gap(probes: Probes) -> float | None:
@@ -528,13 +522,6 @@ def _remarks(seen: Watched, probes: Probes) -> tuple[str, ...]:
 
 _READ_EVERY = 0.2
 """Contact times between two readings: the interpolation between them is right to 1e-6 then."""
-
-_MOST_GRANULES = 2000  # of a chain whose runs are played for lint (chosen)
-
-_SURE, _DENSER, _TRIES = 1e-5, 0.1, 3
-"""Error of the peaks by the interval of readings above which the deck is run again; how much denser
-readings are then; and most repetitions. This occurs where contacts are stiffer, or pressed harder,
-than those of the scene."""
 
 
 class Reader:
@@ -618,15 +605,18 @@ class Reader:
         restarts = any(done.text.startswith("read_restart") for done in seen.commands)
         self._say("running the deck")
         between = _READ_EVERY * probes.contact_time
-        for _ in range(_TRIES):
+        # Error of the peaks by the interval of readings above which the deck is run again; how much
+        # denser readings are then; and most repetitions. This occurs where contacts are stiffer, or
+        # pressed harder, than those of the scene.
+        for _ in range(3):
             if restarts:
                 self._child.end()
             seen = self._call(_watch, source, probes, between, begin)
-            if max(peaks.error for peaks in seen.peaks) < _SURE or seen.read_every == 1:
+            if max(peaks.error for peaks in seen.peaks) < 1e-5 or seen.read_every == 1:
                 break
             if seen.stopped:
                 break
-            between *= _DENSER
+            between *= 0.1
         self._say("reading the applied forces")
         if restarts:
             self._child.end()
@@ -833,11 +823,8 @@ def looked(start: Start, path: Path, folder: Path, variables: Mapping[str, str])
         first = First(lammps, Sizes())
         seen = _played(source, first, RunFailed)
     probes = first.probes
-    if (
-        probes is None
-        or not 1 < probes.granules.count <= _MOST_GRANULES
-        or not probes.granules.is_chain
-    ):
+    # Most granules of a chain whose runs are played for lint (chosen)
+    if probes is None or not 1 < probes.granules.count <= 2000 or not probes.granules.is_chain:
         return Look(seen.commands, seen.stopped, probes)
     nobody = np.zeros(probes.granules.count, bool)
     seen, applied = without_motion(start, source, probes, _READ_EVERY * probes.contact_time, nobody)
@@ -849,9 +836,6 @@ def looked(start: Start, path: Path, folder: Path, variables: Mapping[str, str])
 DEPTH = 0.01
 """Overlap at which contacts are pressed [smallest radius], and a third, a tenth, a hundredth and
 three times of it: independent of the shock, so that forces have all digits even if it is weak."""
-
-_SCHEDULED_STEP = 0.01  # natural time units; step of the schedule whose corners are examined
-_STEPS_PER_LEG = 4  # readings of the applied force on a leg, besides its start
 
 
 def examine_deck(folder: Path, scene: Scene, text: str, program: Program | None) -> FoundDeck:
@@ -867,9 +851,9 @@ def examine_deck(folder: Path, scene: Scene, text: str, program: Program | None)
 
 def examined_deck(scene: Scene, pair_style: str, version: str) -> str:
     """Return the generated deck, with a few steps on each leg of the shock."""
-    legs = [
-        leg.in_steps(_STEPS_PER_LEG) for leg in scene.schedule(_SCHEDULED_STEP * scene.units.time)
-    ]
+    # Natural time units; step of the schedule whose corners are examined
+    # Readings of the applied force on a leg, besides its start
+    legs = [leg.in_steps(4) for leg in scene.schedule(0.01 * scene.units.time)]
     lines = [deck.set_up(scene, pair_style, version)]
     for before, leg in zip((None, *legs[:-1]), legs, strict=True):
         lines += [*deck.leg_commands(scene, leg, before), f"run {leg.steps}"]

