@@ -6,11 +6,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+Quantity = Any
+"""A number, or an array of numbers."""
+
 FloatArray = NDArray[np.float64]
 """An array of numbers."""
 
 
-def or_none(values: NDArray[Any]) -> list[Any]:
+Source = Any
+"""Measured numbers: a path, or a table of pandas or with columns as it has them."""
+
+
+def or_none(values: NDArray[np.generic]) -> list[Any]:
     """Return values for JSON: None in place of each number that is not finite."""
     if values.dtype == object:
         return list(values.tolist())

@@ -20,6 +20,12 @@ from hertzchain.errors import HertzchainError
 if TYPE_CHECKING:
     from hertzchain.scene.scene import Scene
 
+Varied = Any
+"""Values by keys that can vary, or a table."""
+
+OptionValue = Any
+"""A value as Typer reads it."""
+
 _LEAST_INCHES, _MOST_INCHES = 2, 50  # inches; chosen: room for the axes, and a poster
 LMP = "HERTZCHAIN_LMP"  # environment variable that names a binary to run instead of the module
 
@@ -206,7 +212,7 @@ def with_groups(command: Callable[..., None]) -> Callable[..., None]:
         parameters += [option.replace(kind=Parameter.KEYWORD_ONLY) for option in options]
 
     @wraps(command)
-    def run(**given: Any) -> None:
+    def run(**given: OptionValue) -> None:
         for name, group in groups.items():
             given[name] = group(**{option.name: given.pop(option.name) for option in fields(group)})
         command(**given)
@@ -231,7 +237,7 @@ def load_scene(path: Path) -> Scene:
     return scene
 
 
-def remark_on_units_of(varied: Any, scene: Scene) -> None:
+def remark_on_units_of(varied: Varied, scene: Scene) -> None:
     """Print one line on stderr on ends of ranges, or listed values, that may have a wrong unit.
 
     ``varied`` has values by keys that can vary in the scene, or is a table.
@@ -321,7 +327,7 @@ NEEDS = {
 """Options that need another one, with that option."""
 
 
-def refuse_without_need(is_met: bool, **given: object) -> None:
+def refuse_without_need(is_met: bool, **given: OptionValue) -> None:
     """Refuse given options, in their order, if the option that they need is missing."""
     for option, is_given in given.items():
         if is_given and not is_met:

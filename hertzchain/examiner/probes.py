@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hertzchain.arrays import FloatArray, apart
+from hertzchain.arrays import FloatArray, Quantity, apart
 from hertzchain.engines.lammps.reading.deck import UNITS, FoundFix
 from hertzchain.engines.native.plan import METHODS
 from hertzchain.examiner.correct import wall_plane
@@ -115,7 +115,7 @@ class Probe:
         return self.each.format(contacts=case.contact_name(alike)) if self.each else self.name
 
 
-def _at(value: Any, k: Any) -> Any:
+def _at(value: Any, k: int | Indices) -> Any:
     """The value of a field of ``Numbers`` at an index."""
     return value(k) if callable(value) else value
 
@@ -202,7 +202,7 @@ def _is_only(case: Case, role: str) -> bool:
     return role != "motion" and len({(command.file, command.line) for command in commands}) == 1
 
 
-def _plain(number: Any) -> Any:
+def _plain(number: object) -> Any:
     """Return a Python number from NumPy's."""
     return number.item() if isinstance(number, np.generic) else number
 
@@ -213,7 +213,7 @@ def _both(measured: FloatArray, expected: FloatArray) -> tuple[FloatArray, Float
     return measured[:count], expected[:count]
 
 
-def _with(numbers: FloatArray, at: Any, new: Any) -> FloatArray:
+def _with(numbers: FloatArray, at: slice | int | Indices, new: Quantity) -> FloatArray:
     """Return a copy of numbers with other values at some places."""
     changed = np.array(numbers)
     changed[at] = new

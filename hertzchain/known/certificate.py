@@ -34,8 +34,8 @@ from hertzchain.observables.result import Result
 from hertzchain.scene.chain import Chain
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Run
-from hertzchain.scene.shocks import Piston, Pulse, Striker
-from hertzchain.scene.terms import Contact, Precompression, Wall
+from hertzchain.scene.shocks import Piston, Profile, Pulse, Striker
+from hertzchain.scene.terms import Contact, DampingLaw, Precompression, Wall
 
 STEP = 0.02  # steps of all runs [natural time units]; chosen
 _UNITS_AFTER = 24.0  # end of a run [natural time units], when the wave has passed 12 granules twice
@@ -82,6 +82,9 @@ def expected(name: str) -> Result:
     return Native("velocity-verlet", case.dt, wanted="all").run(case.scene)
 
 
+Term = Any
+"""A part of a scene: a striker, a wall, a static load, contacts."""
+
 _LIKE = Chain(12, **_STEEL)
 _UNLIKE = Chain(12, **{key: [of_steel, _ALUMINIUM[key]] * 6 for key, of_steel in _STEEL.items()})
 """Chains of steel, and with aluminium at every other place."""
@@ -91,11 +94,11 @@ def _ended(scene: Scene, units: float = _UNITS_AFTER) -> Scene:
     return replace(scene, run=Run(units * scene.contact_time))
 
 
-def _struck(chain: Chain = _LIKE, after: float = _UNITS_AFTER, **terms: Any) -> Scene:
+def _struck(chain: Chain = _LIKE, after: float = _UNITS_AFTER, **terms: Term) -> Scene:
     return _ended(Scene(chain, terms.pop("striker", Striker(1.0)), **terms), after)
 
 
-def _pushed(profile: Any = "cosine") -> Scene:
+def _pushed(profile: Profile = "cosine") -> Scene:
     return _ended(Scene(_LIKE, Pulse(profile, 100.0, 2.0, momentum_ratio=1.0)))
 
 
@@ -103,7 +106,7 @@ def _at_wall(wall: Wall, contact: Contact | None = None) -> Scene:
     return _struck(replace(_LIKE, granules=4), wall=wall, contact=contact)
 
 
-def _damped(damping: Any, **law: Any) -> Scene:
+def _damped(damping: DampingLaw, **law: Term) -> Scene:
     return _struck(_UNLIKE, contact=Contact(damping, **law))
 
 
@@ -125,7 +128,7 @@ def _restarted(text: str, ranks: int) -> str:
 def _in_cgs(scene: Scene) -> Scene:
     """Return a scene with the numbers of another in units of cgs."""
 
-    def scaled(part: Any) -> Any:
+    def scaled(part: Term) -> Term:
         numbers = {key: getattr(part, key, None) for key in _CGS}
         cgs = {key: by * _CGS[key] for key, by in numbers.items() if isinstance(by, float)}
         return replace(part, **cgs)

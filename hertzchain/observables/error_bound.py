@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hertzchain.arrays import FloatArray
+from hertzchain.arrays import FloatArray, Quantity
 from hertzchain.contact import hertz
 from hertzchain.errors import StepUnstable, Unpredictable, require
 from hertzchain.observables.first_pulse import FirstPulses
@@ -247,7 +247,7 @@ REST_OF_TIMES = 1.5  # rest of bounds over that of forces; 1.4 in the worst of 9
 SHORT = 0.1  # natural time units; at shorter steps the error of every method is below round-off
 
 
-def is_short(momentum_ratio: Any, granules: Any) -> Any:
+def is_short(momentum_ratio: Quantity, granules: Quantity) -> Quantity:
     """Return whether a chain is short for its pulse; takes numbers or arrays."""
     # Granules over LM_ratio; collisions repeat below: 1.6 times the bound at 4.2
     return granules < 5.0 * momentum_ratio

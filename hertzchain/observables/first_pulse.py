@@ -21,6 +21,7 @@ from hertzchain.scene.scene import Scene
 from hertzchain.scene.terms import Gauge
 
 if TYPE_CHECKING:
+    from hertzchain.observables.compiling import Record
     from hertzchain.observables.observer import Watch
 
 LATEST = 8.0
@@ -66,7 +67,7 @@ class FirstPulses:
     is_steady: _Mask
 
     @classmethod
-    def of(cls, pulses: Any, static: FloatArray) -> FirstPulses:
+    def of(cls, pulses: Record, static: FloatArray) -> FirstPulses:
         """Return the pulses that ``observer.read_off`` found: see ``observer.PULSE``."""
         return cls(static=static, **{name: pulses[name] for name in pulses.dtype.names})
 

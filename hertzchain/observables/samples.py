@@ -6,10 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from numbers import Integral
-from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from hertzchain.arrays import FloatArray
 from hertzchain.contact import hertz
@@ -18,6 +17,9 @@ from hertzchain.limits import refuse_memory
 from hertzchain.scene.chain import NaturalUnits
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
+
+Places = slice | NDArray[np.integer] | int
+"""Some of the contacts."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,7 +122,7 @@ class DampedLaw:
             damping=self.damping * per_rate,
         )
 
-    def elastic(self, overlap: FloatArray, contacts: Any = slice(None)) -> FloatArray:
+    def elastic(self, overlap: FloatArray, contacts: Places = slice(None)) -> FloatArray:
         """Elastic force without damping; the last axis of the overlaps has some or all contacts."""
         return np.asarray(hertz.force_of(self.stiffness[contacts], overlap))
 
@@ -130,7 +132,7 @@ class DampedLaw:
         return bool(self.damping.any())
 
     def damper(
-        self, overlap: FloatArray, rate: FloatArray, contacts: Any = slice(None)
+        self, overlap: FloatArray, rate: FloatArray, contacts: Places = slice(None)
     ) -> FloatArray:
         """Force that damping adds to the elastic force; rates have the shape of the overlaps."""
         added = self.damping[contacts] * self._power(overlap) * rate
@@ -146,7 +148,7 @@ class DampedLaw:
         return np.sqrt(np.sqrt(pressed)) if self.exponent == 0.25 else pressed**self.exponent
 
     def force(
-        self, overlap: FloatArray, rate: FloatArray, contacts: Any = slice(None)
+        self, overlap: FloatArray, rate: FloatArray, contacts: Places = slice(None)
     ) -> FloatArray:
         """Total force of contacts, limited to 0 where contacts do not attract."""
         return self.elastic(overlap, contacts) + self.damper(overlap, rate, contacts)
@@ -235,7 +237,7 @@ class Recorder:
         self.velocity = np.full((self.time.size, granules), np.nan)
         self.contact_force = np.full((self.time.size, granules - 1 + wall), np.nan)
 
-    def update(self, samples: Samples, signals: Any) -> None:
+    def update(self, samples: Samples, signals: NDArray[np.void]) -> None:
         """Interpolate at the wanted times that lie within these samples.
 
         ``signals`` are those of the contacts: see ``observer.signals_of``.

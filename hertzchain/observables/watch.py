@@ -7,7 +7,7 @@ balance of energy. A contact that is open at every sample gets no peak.
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,7 +38,7 @@ def work_done(samples: Samples, ramp: Ramp, pushed: int = 0) -> float:
     return float(np.sum(np.ravel(_WEIGHTS / 2 * h) * ramp.force(times) * velocity[:, 0]))
 
 
-def times_on_held(contacts: int, has_wall: bool, fixed: Any) -> FloatArray:
+def times_on_held(contacts: int, has_wall: bool, fixed: NDArray[np.intp]) -> FloatArray:
     """Return how often each contact force counts in the force on all held bodies, (contacts,).
 
     Held bodies are a wall, and the ``fixed`` granules, counted from 0.
@@ -61,7 +61,11 @@ class PeakWatch:
     """
 
     def __init__(
-        self, law: DampedLaw, inverse_mass: FloatArray, on_held: Any = (), has_piston: bool = False
+        self,
+        law: DampedLaw,
+        inverse_mass: FloatArray,
+        on_held: FloatArray | Sequence[float] = (),
+        has_piston: bool = False,
     ) -> None:
         from hertzchain.observables.intervals import Loads
         from hertzchain.observables.observer import ROOM, signals_of
@@ -153,8 +157,8 @@ class Watch:
         self.recorder, self._pushed = recorder, scene.pushed
         self._inverse_mass = np.append(inverse_mass, 0.0)
         self._observer = None if signals is None else signals.watch(unit)
-        self.work: Any = 0.0  # of the applied force and the piston
-        self.exchanged: Any = 0.0  # the same, with all parts counted as positive
+        self.work: float = 0.0  # of the applied force and the piston
+        self.exchanged: float = 0.0  # the same, with all parts counted as positive
 
     def update(self, samples: Samples, leg: Leg, late: float) -> None:
         """Add samples on a leg; ``late`` is the delay of the velocities that damped the motion."""
@@ -171,7 +175,7 @@ class Watch:
         if leg.stroke is not None:
             self._add((self.seen.piston_impulse - before) * leg.stroke.velocity)
 
-    def _add(self, work: Any) -> None:
+    def _add(self, work: float) -> None:
         self.work, self.exchanged = self.work + work, self.exchanged + abs(work)
 
     @property

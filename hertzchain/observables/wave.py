@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -303,7 +302,7 @@ def runs_forwards(arrival: FloatArray, contacts: Sequence[int]) -> bool:
     return bool(begin < end and not ((between < begin) | (between > end)).any())
 
 
-def wave_between(scene: Scene, table: Mapping[str, NDArray[Any]], first: int, last: int) -> Wave:
+def wave_between(scene: Scene, table: Mapping[str, FloatArray], first: int, last: int) -> Wave:
     """Return the wave from one contact to another, from the columns of ``Result.first_columns``."""
     if not table:
         allowed = 'needs first pulses, which this run has not: ask for wanted="first"'
@@ -331,7 +330,7 @@ def wave_between(scene: Scene, table: Mapping[str, NDArray[Any]], first: int, la
     )  # fmt: skip
 
 
-def usual_wave(scene: Scene, table: Mapping[str, NDArray[Any]]) -> Wave | None:
+def usual_wave(scene: Scene, table: Mapping[str, FloatArray]) -> Wave | None:
     """The wave over the last contacts that no end disturbs, at most ten; None without one."""
     if not table:
         return None

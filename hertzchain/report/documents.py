@@ -709,12 +709,12 @@ def card(title: str, facts: Sequence[tuple[str, str]]) -> str:
     return "\n".join([title, *lines])
 
 
-def card_of(shown: Any) -> str:
+def card_of(shown: Scene | Batch) -> str:
     """A scene or a batch in a few lines."""
     return _of_scene(shown) if isinstance(shown, Scene) else _of_batch(shown)
 
 
-def document_of(shown: Any) -> Document:
+def document_of(shown: object) -> Document:
     """The document of a result, a comparison, a judgement or an examination of a deck."""
     if isinstance(shown, Result):
         return of_result(shown)
@@ -755,7 +755,7 @@ def _of_scene(scene: Scene) -> str:
     return card(f"Scene: {describe(scene)}", facts)
 
 
-def _range(values: Any, unit: str) -> str:
+def _range(values: float | tuple[float, ...], unit: str) -> str:
     """A number with its unit, or the smallest and the largest of several."""
     ends = (min(values), max(values)) if isinstance(values, tuple) else (values,)
     return f"{' to '.join(f'{value:.6g}' for value in ends)} {unit}".rstrip()

@@ -24,6 +24,10 @@ if TYPE_CHECKING:
     from ase import Atoms
 
 
+Tabular = Any
+"""A result, or a spread: it has ``to_dict`` and ``to_frame``."""
+
+
 def recorded(result: Result) -> History:
     """Return the history of a run; a SceneError if nothing was recorded."""
     if result.history is None:
@@ -102,7 +106,7 @@ def check_format(path: Path | str | None, kind: str) -> None:
         raise OutputError(f"{path}: {words} must end in {listed}")
 
 
-def run_document(result: Any, pulses: bool = False) -> dict[str, Any]:
+def run_document(result: Tabular, pulses: bool = False) -> dict[str, Any]:
     """Return the JSON document of a run: the result, and how two spheres part under its damping.
 
     With ``pulses`` it has those of all contacts.
@@ -115,7 +119,7 @@ def run_document(result: Any, pulses: bool = False) -> dict[str, Any]:
     return {**document, "two_spheres": of_spheres}
 
 
-def write_result(result: Any, path: Path | str, pulses: bool = False) -> None:
+def write_result(result: Tabular, path: Path | str, pulses: bool = False) -> None:
     """Write a result, completely or not at all; OutputError on failure.
 
     ``.csv`` and ``.parquet`` have a row for each contact, as ``Result.to_frame``; ``.json`` has the

@@ -44,8 +44,14 @@ both edges."""
 
 _PLAIN_RANGE = (1e-3, 1e4)  # of a logarithmic axis with plain numbers, not powers of ten
 
+DrawnAxis = Any
+"""An axis of Matplotlib; its class does not have the name of the axis."""
 
-def check_size(size: Any) -> None:
+Size = Any
+"""What a user gives as a width and a height."""
+
+
+def check_size(size: Size) -> None:
     """Raise a SceneError unless the size of a picture is a width and a height [inches]."""
     allowed = "must be a width and a height above 0 [inches], such as (3.4, 2.6)"
     are_two = len(size) == 2 and all(map(is_positive, size))
@@ -112,7 +118,7 @@ class _Scaled(ScalarFormatter):
         return labels
 
 
-def in_units(axis: Any, label: str) -> None:
+def in_units(axis: DrawnAxis, label: str) -> None:
     """Label an axis or colour bar, whose limits are final, in a suitable multiple of its unit.
 
     The label has the unit in brackets, and more than one line where the figure has no room for it.

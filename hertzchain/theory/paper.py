@@ -13,7 +13,6 @@ p is defined in hertzchain.observables.wave; F_SW is the peak of contact p + 1.
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -308,8 +307,8 @@ def granule_velocity(x: ArrayLike, wave_force: Positive = 1.0) -> FloatArray:
         F_SW in units of F0.
     """
 
-    def net(y: Any) -> Any:
-        return wave_profile(y) ** 1.5 - wave_profile(y - 1) ** 1.5
+    def net(y: float) -> float:
+        return float(wave_profile(y) ** 1.5 - wave_profile(y - 1) ** 1.5)
 
     from scipy.integrate import quad
 

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hertzchain.arrays import FloatArray
+from hertzchain.arrays import FloatArray, Source
 from hertzchain.engines.lammps.reading.deck import UNITS, Units
 from hertzchain.engines.native.backend import Native
 from hertzchain.errors import POSITIVE, SceneError, is_positive, require
@@ -338,7 +338,7 @@ COLUMNS = ("contact", "peak_force_N")
 _MOST_CELL_CHARS = 40  # characters of a cell or a name in a message (chosen)
 
 
-def read(scene: Scene, results: Any, units: str, dt: float | None) -> Sampled:
+def read(scene: Scene, results: Source, units: str, dt: float | None) -> Sampled:
     """Return the peaks of files, of a table, or as they are; see ``hertzchain.judge``.
 
     A SceneError says what cannot be used, and why.
@@ -722,7 +722,7 @@ def judge_trains(
     return TrainJudgement(reference, float(tolerance), tuple(checks))
 
 
-def _measured(scene: Scene, pulses: Any) -> dict[Gauge, dict[str, FloatArray]]:
+def _measured(scene: Scene, pulses: Source) -> dict[Gauge, dict[str, FloatArray]]:
     """Return the columns of the pulses of each contact or granule; SceneError if unusable."""
     import pandas
 

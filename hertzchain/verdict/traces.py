@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hertzchain.arrays import FloatArray
+from hertzchain.arrays import FloatArray, Source
 from hertzchain.engines.native.backend import Native
 from hertzchain.errors import HertzchainError, is_positive, require
 from hertzchain.limits import TIME_LIMIT, TOLERANCE
@@ -105,7 +105,7 @@ def is_traces(names: Sequence[str], columns: Mapping[str, str]) -> bool:
     return any(map(_SENSOR.fullmatch, columns)) or any(map(_COLUMN.fullmatch, names))
 
 
-def names_in(results: Any) -> Sequence[str]:
+def names_in(results: Source) -> Sequence[str]:
     """Return the names of the columns of a file or table; none where it is neither."""
     try:
         return _columns_of(results).names
@@ -113,12 +113,12 @@ def names_in(results: Any) -> Sequence[str]:
         return ()
 
 
-def _columns_of(results: Any) -> Columns:
+def _columns_of(results: Source) -> Columns:
     return columns_of(results) if hasattr(results, "columns") else read_columns(Path(results))
 
 
 def read_records(
-    scene: Scene, files: Sequence[Any], columns: Mapping[str, str], own_clocks: bool = False
+    scene: Scene, files: Sequence[Source], columns: Mapping[str, str], own_clocks: bool = False
 ) -> list[Traces]:
     """Return the traces of files or pandas tables, one for each clock.
 
@@ -170,7 +170,7 @@ def _named(read: Columns, columns: Mapping[str, str]) -> list[tuple[str, tuple[s
     return sensors or [(match[1], (match[0], "")) for match in matches]
 
 
-def read_traces(scene: Scene, results: Any, columns: Mapping[str, str]) -> Traces:
+def read_traces(scene: Scene, results: Source, columns: Mapping[str, str]) -> Traces:
     """Return the traces of a file or a pandas table.
 
     Parameters

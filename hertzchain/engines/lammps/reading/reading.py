@@ -15,16 +15,17 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import ExitStack, closing, contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from types import TracebackType
 from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hertzchain.arrays import FloatArray
+from hertzchain.arrays import FloatArray, Quantity
 from hertzchain.engines.external.program import work_folder
 from hertzchain.engines.lammps import deck
 from hertzchain.engines.lammps.binary import Program
-from hertzchain.engines.lammps.engine import Child, engine
+from hertzchain.engines.lammps.engine import Child, Task, engine
 from hertzchain.engines.lammps.reading.deck import Executed, FoundDeck, FoundRun, FoundWall, scaled
 from hertzchain.engines.lammps.reading.probing import Granules, Probes, Sizes, probe
 from hertzchain.engines.lammps.reading.session import Module, Piped, Session
@@ -244,14 +245,14 @@ class Interpreter:
 
     # ---- Commands that are carried out here: values are the words after the command's name.
 
-    def _include(self, values: list[str], *_: Any) -> None:
+    def _include(self, values: list[str], *_: object) -> None:
         _need(values, 1, "include")
         self._read(values[0])
 
-    def _label(self, *_: Any) -> None:
+    def _label(self, *_: object) -> None:
         """Do nothing: a jump searches the file for its label."""
 
-    def _jump(self, values: list[str], *_: Any) -> None:
+    def _jump(self, values: list[str], *_: object) -> None:
         _need(values, 1, "jump")
         if self._skips_jump:
             self._skips_jump = False
@@ -293,10 +294,10 @@ class Interpreter:
         for text in body:
             self._one(text, where)
 
-    def _quit(self, *_: Any) -> None:
+    def _quit(self, *_: object) -> None:
         raise Ended
 
-    def _clear(self, *_: Any) -> None:
+    def _clear(self, *_: object) -> None:
         if not self._player.clear():
             raise Ended
         self._ran = False
@@ -382,7 +383,7 @@ def contents_of(probes: Probes, seen: Watched, applied: Applied, backwards: bool
     granules = probes.granules
     sign = -1.0 if backwards else 1.0
 
-    def turned(values: Any, axis: int = -1) -> Any:
+    def turned(values: Quantity, axis: int = -1) -> Quantity:
         return np.flip(values, axis) if backwards else values
 
     def vectors(values: FloatArray) -> FloatArray:
@@ -390,7 +391,7 @@ def contents_of(probes: Probes, seen: Watched, applied: Applied, backwards: bool
 
     origin = granules.position[-1 if backwards else 0, 0]
 
-    def of(source: Any, change: Callable[[Any], Any], *names: str) -> dict[str, Any]:
+    def of(source: object, change: Callable[[Quantity], Quantity], *names: str) -> dict[str, Any]:
         return {name: change(getattr(source, name)) for name in names}
 
     end = -1 if backwards else 0
@@ -558,10 +559,15 @@ class Reader:
         )
         return self
 
-    def __exit__(self, *problem: Any) -> None:
-        self._open.__exit__(*problem)
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        problem: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self._open.__exit__(kind, problem, trace)
 
-    def _call(self, function: Callable[..., Any], *arguments: Any) -> Any:
+    def _call(self, function: Task, *arguments: object) -> Any:
         left = min(self._deadline.left, self._until.left)
         return self._child.call(function, self._start, *arguments, time_limit=left)
 

@@ -27,9 +27,15 @@ from hertzchain.arrays import FloatArray
 from hertzchain.engines.external.observation import read_blocks, read_frames
 from hertzchain.engines.external.program import END_GROUP, if_killed, kill, start
 from hertzchain.engines.lammps import dialect
-from hertzchain.engines.lammps.engine import forget_shared_memory, one_command, version_of
+from hertzchain.engines.lammps.engine import Instance, forget_shared_memory, one_command, version_of
 from hertzchain.engines.lammps.reading.text import MOVES, QUIET, after_quotes, closed, command_of
 from hertzchain.errors import BackendMissing, HertzchainError, RunFailed
+
+Memory = Any
+"""An array of LAMMPS: its memory, seen by NumPy or ctypes."""
+
+Numbers = NDArray[Any]
+"""An array of steps, flags or ids."""
 
 BLOCK = 256  # readings passed on together
 _CONDITION = "hertzchain_holds"  # the variable that says whether a condition holds
@@ -283,7 +289,7 @@ class Module(Session):
 
     hook_style = f"external pf/callback 1 {_NEVER}"
 
-    def __init__(self, lammps: Any, folder: Path) -> None:
+    def __init__(self, lammps: Instance, folder: Path) -> None:
         super().__init__(folder, version_of(lammps))
         self._lammps = lammps
         self._functions: list[Any] = []  # kept, as LAMMPS only has their addresses
@@ -308,7 +314,14 @@ class Module(Session):
         """Have a function called after the present fixes."""
         name = super()._hook(source)
 
-        def call(_: Any, step: int, granules: int, ids: Any, place: Any, added: Any) -> None:
+        def call(
+            _: object,
+            step: int,
+            granules: int,
+            ids: Memory,
+            place: Memory,
+            added: Memory,
+        ) -> None:
             self._call([*self.hooks].index(name), step, granules, ids, place, added)
 
         function = self._lammps.FIX_EXTERNAL_CALLBACK_FUNC(call)
@@ -343,7 +356,13 @@ class Module(Session):
             raise self._problem
 
     def _call(
-        self, number: int, step: int, granules: int, ids: Any, place: Any, added: Any
+        self,
+        number: int,
+        step: int,
+        granules: int,
+        ids: Memory,
+        place: Memory,
+        added: Memory,
     ) -> None:
         """Called by LAMMPS: no exception may leave it."""
         if step % _NEVER == 0 and granules:
@@ -357,7 +376,7 @@ class Module(Session):
             self._reading = False
             self._lammps.force_timeout()
 
-    def _copy(self, number: int, step: int, granules: int, ids: Any, place: Any) -> None:
+    def _copy(self, number: int, step: int, granules: int, ids: Memory, place: Memory) -> None:
         row, size = self._arrays[self._rows], 24 * granules
         if size != row[0].nbytes:
             raise GranulesChanged
@@ -396,7 +415,7 @@ class Module(Session):
                              np.take_along_axis(ids, order, axis=1), arrays))  # fmt: skip
 
 
-def _readings(step: Any, half: Any, ids: Any, arrays: FloatArray) -> Readings:
+def _readings(step: Numbers, half: Numbers, ids: Numbers, arrays: FloatArray) -> Readings:
     """Return readings of position, velocity, torque and forces, (readings, arrays, granules, 3)."""
     return Readings(
         step.astype(np.int64), half, ids.astype(np.int64),
