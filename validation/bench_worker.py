@@ -1,15 +1,14 @@
-"""Workloads of one source tree, timed on request: a process that ``bench_before.py`` starts.
+"""Processor times of the workloads of one source tree, as JSON: ``bench_before.py`` runs it.
 
 It runs with the ``hertzchain`` of another commit: it imports nothing else of the project, and calls
-only what has long been public. A request is a line of JSON on stdin, an answer one on stdout.
+only what has long been public.
 """
 
 from __future__ import annotations
 
 import json
-import sys
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -18,10 +17,6 @@ import numpy as np
 import hertzchain as hc
 
 SCENES = Path(__file__).parent / "scenes"
-
-TURN = 4e-3
-"""Time of one turn [s], chosen: the scheduler lets a process run about as long. A workload runs as
-often as this has room for, at least once."""
 
 
 def peaks(name: str, rtol: float, alone: bool = True) -> Callable[[], object]:
@@ -69,47 +64,22 @@ WORKLOADS: dict[str, Callable[[], Callable[[], object]]] = {
 """Functions that prepare a workload, by its name."""
 
 
-def prepare(names: Sequence[str], ready: dict[str, Callable[[], object]]) -> dict[str, str | None]:
-    """Prepare and run workloads once, which compiles; return why one does not run, by name."""
-    problems: dict[str, str | None] = {}
-    for name in names:
-        try:
-            work = WORKLOADS[name]()
-            work()
-        except Exception as problem:  # an older commit may fail in any way
-            problems[name] = f"{type(problem).__name__}: {problem}"
-        else:
-            ready[name], problems[name] = work, None
-    return problems
-
-
-def turn(work: Callable[[], object]) -> float:
-    """Return the shortest processor time of a workload in one turn [s]."""
-    end = time.perf_counter() + TURN
+def measured(prepare: Callable[[], Callable[[], object]]) -> float | str:
+    """Return the shortest processor time of a workload [s], or why it does not run."""
+    try:
+        work = prepare()
+        work()  # compiles
+    except Exception as problem:  # an older commit may fail in any way
+        return f"{type(problem).__name__}: {problem}"
     spent: list[float] = []
-    while not spent or time.perf_counter() + spent[-1] < end:
+    end = time.perf_counter() + 0.25
+    while not spent or time.perf_counter() < end:
         before = time.process_time()
         work()
         spent.append(time.process_time() - before)
     return min(spent)
 
 
-def main() -> None:
-    """Answer requests until stdin ends."""
-    ready: dict[str, Callable[[], object]] = {}
-    for line in sys.stdin:
-        answer: object
-        match json.loads(line):
-            case ["package"]:
-                answer = hc.__file__
-            case ["prepare", *names]:
-                answer = prepare(names, ready)
-            case ["turn", name]:
-                answer = turn(ready[name])
-            case request:
-                raise ValueError(f"{request}: no such request")
-        print(json.dumps(answer), flush=True)
-
-
 if __name__ == "__main__":
-    main()
+    times = {name: measured(prepare) for name, prepare in WORKLOADS.items()}
+    print(json.dumps({"package": hc.__file__, "times": times}))

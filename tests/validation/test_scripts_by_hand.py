@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -18,47 +17,27 @@ from tests.command_line import python
 from tests.conftest import paper_scene
 from tests.places import ROOT
 from validation import bench_before, error_bounds, extremes, judging, long_run
-from validation.bench_before import Compared, Worker, by_turns, judge, slower
+from validation.bench_before import Compared, compared, slower, times_of
 from validation.benchmarks import TERMS, Measured, keep
 
 
-def with_ratio(ratio: float) -> Compared:
-    return Compared(1.0, ratio, ratio)
-
-
-@pytest.mark.parametrize(
-    ("ratios", "is_slower", "lowest"),
-    [
-        ([1.15], False, 1.15),
-        ([1.3, 1.16, 1.2], True, 1.16),  # slower in each of three measurements
-        ([1.5, 1.1], False, 1.1),
-        ([1.5, 1.5, 1.1], False, 1.1),
-    ],
-)
-def test_what_is_slower_three_times_is_slower(
-    ratios: list[float], is_slower: bool, lowest: float
-) -> None:
-    asked: list[Sequence[str]] = []
-
-    def measure(names: Sequence[str], attempt: int) -> dict[str, Compared]:
-        asked.append(names)
-        planted = {"demo": ratios[attempt], "batch": 1.0}
-        return {name: with_ratio(planted[name]) for name in names}
-
-    found = judge(measure, ["demo", "batch"], 1.15)
-    assert found == {"demo": with_ratio(lowest), "batch": with_ratio(1.0)}
-    assert slower(found, 1.15) == ["demo"] * is_slower
-    assert asked == [["demo", "batch"], *[["demo"]] * (len(ratios) - 1)]
-    assert slower({"demo": with_ratio(float("nan"))}) == ["demo"]
-
-
-def test_both_take_turns_and_the_ratio_is_the_median_of_turns() -> None:
-    clock = iter(range(1, 7))
-    # Turn by turn the new tree is asked first, second and first.
-    assert by_turns([lambda: next(clock)] * 2, 3) == [(2, 1), (3, 4), (6, 5)]
+def test_the_ratio_is_the_median_of_turns() -> None:
     # A load that slows two turns, in both trees alike.
-    compared = Compared.of([(1.0, 1.2), (5.0, 6.0), (10.0, 9.0)])
-    assert (compared.old, compared.new, compared.ratio) == (5.0, 6.0, 1.2)
+    turns = [({"demo": old}, {"demo": new}) for old, new in ((1.0, 1.2), (5.0, 6.0), (10.0, 9.0))]
+    each, left_out = compared(turns)
+    assert each == {"demo": Compared(5.0, 6.0, 1.2)}
+    assert left_out == {}
+    assert slower(each, 1.15) == ["demo"]
+    assert slower(each, 1.2) == []
+    assert slower({"demo": Compared(1.0, 1.0, float("nan"))}) == ["demo"]
+
+
+def test_what_does_not_run_in_this_tree_is_an_error_and_elsewhere_left_out() -> None:
+    why = "AttributeError: no such function"
+    assert compared([({"batch": why}, {"batch": 1.0})]) == ({}, {"batch": why})
+    assert compared([({}, {"batch": 1.0})]) == ({}, {"batch": "missing"})
+    with pytest.raises(RunFailed, match="batch does not run: AttributeError"):
+        compared([({"batch": 1.0}, {"batch": why})])
 
 
 @pytest.mark.parametrize("ratio", [1.15, 1.3])
@@ -68,8 +47,11 @@ def test_the_last_line_is_the_verdict(
     monkeypatch.setattr(bench_before, "find_commit", lambda _: None)
     monkeypatch.setattr(bench_before, "is_same", lambda _: False)
     monkeypatch.setattr(bench_before, "checked_out", contextlib.nullcontext)
-    measured = {"demo": with_ratio(ratio)}, {"batch": "AttributeError: no such function"}
-    monkeypatch.setattr(bench_before, "compare", lambda _tree, _limit: measured)
+    old, new = (
+        {"demo": 1.0, "batch": "AttributeError: no such function"},
+        {"demo": ratio, "batch": 1.0},
+    )
+    monkeypatch.setattr(bench_before, "measure", lambda _: [(old, new)])
     is_slower = ratio > 1.2
     assert bench_before.run(["--revision", "v0.1.0", "--limit", "1.2"]) == is_slower
     out, err = capsys.readouterr()
@@ -95,19 +77,12 @@ def test_what_cannot_be_compared_is_one_sentence(
     assert err.count("\n") == 1
 
 
-def test_a_worker_that_has_ended_is_reported(tmp_path: Path) -> None:
-    """Its pipe is broken when it is asked."""
+def test_a_tree_that_cannot_be_measured_is_reported(tmp_path: Path) -> None:
     package = tmp_path / "hertzchain"
     package.mkdir()
     (package / "__init__.py").write_text("raise SystemExit(3)", encoding="utf-8")
-    worker = Worker(tmp_path)
-    try:
-        with pytest.raises(RunFailed, match="ended with status 3"):
-            worker.answer()
-        with pytest.raises(RunFailed, match="ended with status 3"):
-            worker.turn("demo")
-    finally:
-        worker.end()
+    with pytest.raises(RunFailed, match="ended with status 3"):
+        times_of(tmp_path)
 
 
 @pytest.mark.parametrize("codes", [("native", "LAMMPS"), ("native", "LAMMPS", "LIGGGHTS")])
