@@ -21,7 +21,7 @@ from hertzchain.scene.shocks import profile_named
 from hertzchain.slips import in_words, near, slips_of, with_rise_time
 from hertzchain.theory.restitution import damping_ratio, of_ratio
 from tests.conftest import STEEL, paper_scene
-from validation.mistakes_in_damping import (
+from validation.mistakes import (
     DASHPOT_LAW,
     MISTAKES_IN_DAMPING,
     RESTITUTION_LAW,

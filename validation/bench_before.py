@@ -24,8 +24,7 @@ from typing import NamedTuple, NoReturn
 from rich.table import Table
 
 from hertzchain.errors import HertzchainError, RunFailed
-from validation.rows import output, progress
-from validation.script import say
+from validation.script import output, progress, say
 
 ROOT = Path(__file__).resolve().parent.parent
 

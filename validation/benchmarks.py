@@ -33,8 +33,7 @@ from hertzchain.engines.native.simulation import simulate
 from hertzchain.files import write_text
 from hertzchain.observables.peaks import largest_difference
 from hertzchain.verdict.tradeoff import contenders, provenance
-from validation.drawing import BACKENDS, new_figure
-from validation.script import dated, facts_of, write_figure
+from validation.script import BACKENDS, dated, facts_of, new_figure, write_figure
 from validation.shipped import HERE, load
 
 RESULTS = HERE / "results"

@@ -20,8 +20,7 @@ from hertzchain.scene.shocks import PROFILES
 from hertzchain.theory import paper
 from hertzchain.theory import solitary_wave as exact
 from validation.limits import impulse_scene
-from validation.rows import Row, ends, largest, row
-from validation.script import Script
+from validation.script import Row, Script, ends, largest, row
 from validation.shipped import STEEL, Found, load, of_scene, pulse_of, simulate, table_scenes
 
 TITLE = "Claims of the text"

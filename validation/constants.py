@@ -25,9 +25,7 @@ from hertzchain import theory
 from hertzchain.arrays import FloatArray
 from hertzchain.theory import paper
 from hertzchain.theory import solitary_wave as exact
-from validation.drawing import BACKENDS, new_figure
-from validation.rows import Row, largest, row
-from validation.script import Script
+from validation.script import BACKENDS, Row, Script, largest, new_figure, row
 from validation.shipped import STEEL, history_of
 
 TITLE = "Constants of the solitary wave"

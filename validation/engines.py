@@ -20,8 +20,7 @@ import pandas
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
 from hertzchain.observables.peaks import largest_difference
-from validation.rows import Row, progress, row
-from validation.script import Script
+from validation.script import Row, Script, progress, row
 from validation.shipped import HERE, STEEL, load, table_scenes
 
 TITLE = "Every engine at the same steps, largest difference of a peak"

@@ -21,9 +21,7 @@ import hertzchain as hc
 from hertzchain import theory
 from hertzchain.arrays import FloatArray
 from hertzchain.theory import paper
-from validation.drawing import new_figure
-from validation.rows import Row, ends, largest, row
-from validation.script import Script
+from validation.script import Row, Script, ends, largest, new_figure, row
 from validation.shipped import history_of, load, pulse_of, simulate, table_scenes
 
 TITLE = "Eqs. 4b and 5 in the transition"

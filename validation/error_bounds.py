@@ -4,8 +4,8 @@ A bound is a safety factor times an estimate, the largest weighted difference fr
 what no difference shows. For each row of ``error_bound.SAFETIES`` this script measures the largest
 ratio to the estimate of what is left of an error: of forces (peaks, or first pulses where they are
 wanted) and of times (arrivals and widths). The truth is a native run to 1e-10. A row fails where
-the ratio is larger than its factor. Scenes are drawn to be hard on bounds (``random_scenes``,
-``random_drives``); ``--scenes`` is their number in each of three groups.
+the ratio is larger than its factor. Scenes are drawn to be hard on bounds (``random_scenes``);
+``--scenes`` is their number in each of three groups.
 """
 
 from __future__ import annotations
@@ -36,10 +36,8 @@ from hertzchain.observables.error_bound import (
     stable_step,
 )
 from hertzchain.observables.peaks import judged_contacts
-from validation.random_drives import random_hard_scene
-from validation.random_scenes import KINDS
-from validation.rows import Row, progress, row
-from validation.script import Script
+from validation.random_scenes import KINDS, random_hard_scene
+from validation.script import Row, Script, progress, row
 
 SCENES = 100
 """Scenes of each group: plain, elastic with terms, damped."""

@@ -21,10 +21,8 @@ from hertzchain.engines.lammps.backend import run_in
 from hertzchain.engines.lammps.engine import Child
 from hertzchain.examiner.measured import readings_of_runs
 from hertzchain.scene.shocks import PROFILES, profile_named
-from validation.drawing import BACKENDS, new_figure
-from validation.drawing import PROFILES as PROFILE_STYLES
-from validation.rows import Row, largest, row
-from validation.script import Script
+from validation.script import BACKENDS, Row, Script, largest, new_figure, row
+from validation.script import PROFILES as PROFILE_STYLES
 from validation.shipped import STEEL, pulse_of
 
 TITLE = "Figure 1: the three shocks of Table 1"

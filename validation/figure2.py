@@ -31,9 +31,7 @@ from hertzchain.engines.lammps.backend import run_in
 from hertzchain.engines.lammps.engine import Child
 from hertzchain.scene.chain import natural_units
 from hertzchain.theory.paper import SHIFT
-from validation.drawing import BACKENDS, new_figure
-from validation.rows import Row, row
-from validation.script import Script
+from validation.script import BACKENDS, Row, Script, new_figure, row
 from validation.shipped import STEEL, history_of
 
 TITLE = "Figure 2: velocity of the granules in space"

@@ -15,10 +15,8 @@ import pandas
 from matplotlib.figure import Figure
 
 from hertzchain.scene.shocks import PROFILES
-from validation.drawing import BACKENDS, RATIO_COLOURS, new_figure
-from validation.drawing import PROFILES as PROFILE_STYLES
-from validation.rows import Row, largest, row
-from validation.script import Script
+from validation.script import BACKENDS, RATIO_COLOURS, Row, Script, largest, new_figure, row
+from validation.script import PROFILES as PROFILE_STYLES
 from validation.shipped import eq3
 from validation.transition_scenes import (
     CHOSEN,

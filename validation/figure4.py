@@ -17,10 +17,8 @@ from numpy.typing import ArrayLike
 
 from hertzchain import theory
 from hertzchain.arrays import FloatArray
-from validation.drawing import PROFILES as PROFILE_STYLES
-from validation.drawing import new_figure
-from validation.rows import Row, row
-from validation.script import Script
+from validation.script import PROFILES as PROFILE_STYLES
+from validation.script import Row, Script, new_figure, row
 from validation.transition_scenes import CHOSEN, found_by_both, in_transition
 
 TITLE = "Figure 4: normalized peaks and Eq. 8"

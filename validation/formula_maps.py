@@ -28,9 +28,7 @@ from hertzchain.arrays import FloatArray
 from hertzchain.observables.wave import transition_granules
 from hertzchain.scene.shocks import PROFILES as RAMPS
 from hertzchain.scene.shocks import profile_named
-from validation.drawing import PROFILES, new_figure
-from validation.rows import Row, did_not_run, progress, row
-from validation.script import Script
+from validation.script import PROFILES, Row, Script, did_not_run, new_figure, progress, row
 from validation.shipped import STEEL, load, pulse_of, table_scenes
 
 TITLE = "Where Eqs. 3, 6 and 9 hold"

@@ -24,9 +24,7 @@ from hertzchain.scene.chain import MOMENTUM_IN_NATURAL_UNITS, natural_units
 from hertzchain.scene.schedule import Run
 from hertzchain.scene.shocks import profile_named
 from tests.oracles import extrapolation
-from validation.drawing import new_figure
-from validation.rows import Row, progress, row
-from validation.script import Script
+from validation.script import Row, Script, new_figure, progress, row
 from validation.shipped import STEEL
 
 TITLE = "Limits, approached by scenes"

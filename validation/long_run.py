@@ -28,9 +28,7 @@ from hertzchain.engines.native.simulation import Simulation, simulate
 from hertzchain.limits import TIME_LIMIT, Deadline
 from hertzchain.scene.schedule import Run
 from hertzchain.theory.solitary_wave import solitary_wave
-from validation.drawing import new_figure
-from validation.rows import Row, largest, progress, row
-from validation.script import Script
+from validation.script import Row, Script, largest, new_figure, progress, row
 from validation.shipped import STEEL
 
 TITLE = "A wave down 90,000 granules"

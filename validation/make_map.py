@@ -14,8 +14,7 @@ from hertzchain.arrays import FloatArray
 from hertzchain.files import check_writable, write_with
 from hertzchain.scene.shocks import PROFILES, profile_named
 from hertzchain.theory import peak_map
-from validation.rows import progress
-from validation.script import leave_with
+from validation.script import leave_with, progress
 
 GRANULES = 120
 """The free end is out of reach of contact 80. Contact 118 stands for the far field: at LM_ratio 10

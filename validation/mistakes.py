@@ -10,7 +10,8 @@ import math
 import re
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from types import SimpleNamespace
 from typing import Any
 from unittest.mock import patch
 
@@ -19,22 +20,306 @@ import numpy as np
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps import deck
-from hertzchain.engines.native import simulation
+from hertzchain.engines.lammps.dialect import NO_FRICTION, tsuji
+from hertzchain.engines.native import damped_runs, simulation
+from hertzchain.engines.native.equations import Chain
 from hertzchain.engines.native.simulation import Prepared
 from hertzchain.observables.error_bound import Peaks
 from hertzchain.observables.samples import Samples
 from hertzchain.observables.watch import PeakWatch
-from hertzchain.scene import schedule
+from hertzchain.scene import granules, schedule
+from hertzchain.scene.granules import Granules
 from hertzchain.scene.schedule import Leg
 from hertzchain.scene.shocks import Pulse, Ramp
+from hertzchain.theory.restitution import (
+    collision_of,
+    damping_ratio,
+    dashpot,
+    of_ratio,
+    viscoelastic,
+)
 from hertzchain.verdict import run_checks
 from tests.oracles.in_numpy import simulate_in_numpy
-from validation.mistakes_in_damping import MISTAKES_IN_DAMPING, by_collision
-from validation.mistakes_with_terms import MISTAKES_WITH_TERMS
-from validation.planting import DAMPING, POSITION, STIFFNESS, Mistake, Plant, in_set_up
-from validation.rows import Row
-from validation.script import Script, rows_only
+from validation.physics.chains import steel
+from validation.script import Row, Script, rows_only
 from validation.shipped import load
+
+POSITION = "lammps: place of granules [m]"
+STIFFNESS = "lammps: stiffness of the contacts [N m^-1.5]"
+DAMPING = "lammps: damping [N]"
+
+Plant = Callable[[], AbstractContextManager[Any]]
+"""A context with a mistake in it."""
+
+
+@dataclass(frozen=True)
+class Mistake:
+    """A mistake to plant."""
+
+    what: str
+    plant: Plant
+    check: str  # the check of the comparison that has to name it
+    pair_style: str = "granular"  # context that makes it
+    read_every: int | None = None  # steps between two readings of LAMMPS; None for its own choice
+    made_in: Callable[[], hc.Scene] | None = None  # the scene; None for that of ``small_scene``
+
+
+def in_set_up(*changes: tuple[str, str]) -> Plant:
+    """Replace text in the commands that create the chain."""
+
+    def planted() -> AbstractContextManager[Any]:
+        original = deck.set_up
+
+        def altered(*arguments: Any) -> str:
+            text = original(*arguments)
+            for old, new in changes:
+                if old not in text:
+                    raise ValueError(f"there is no {old!r} to get wrong")
+                text = text.replace(old, new)
+            return text
+
+        return patch.object(deck, "set_up", altered)
+
+    return planted
+
+
+RADIUS = "lammps: radius [m]"
+WALL = "lammps: place of the wall [m]"
+CONSTANT = "lammps: constant force [N]"
+START_VELOCITY = "lammps: velocity at the start [m/s]"
+
+
+def without_a_gap(scene: hc.Scene) -> hc.Scene:
+    """The gap before granule 3 is closed, and all granules behind it move up."""
+    gaps = np.full(scene.chain.granules, scene.chain.gap)
+    gaps[2] = 0.0
+    return replace(scene, chain=replace(scene.chain, gap=gaps))
+
+
+def gap_lost() -> AbstractContextManager[Any]:
+    """The deck is that of a scene without one of its gaps."""
+    original = deck.set_up
+    return patch.object(
+        deck, "set_up", lambda scene, *style: original(without_a_gap(scene), *style)
+    )
+
+
+def half_the_overlaps() -> AbstractContextManager[Any]:
+    """Granules have the overlaps of half the precompression, which acts in full."""
+    original = deck.granules
+
+    def pressed_less(scene: hc.Scene, *style: str) -> list[str]:
+        assert scene.precompression is not None
+        half = replace(scene.precompression, force=scene.precompression.force / 2)
+        return original(replace(scene, precompression=half), *style)
+
+    return patch.object(deck, "granules", pressed_less)
+
+
+def wall_too_far() -> AbstractContextManager[Any]:
+    """The wall is a micrometre too far from the last granule."""
+    original = deck.held
+
+    def farther(scene: hc.Scene) -> list[str]:
+        assert scene.wall is not None
+        lines = "\n".join(original(scene))
+        place = re.search(r"xplane NULL (\S+)", lines)
+        assert place is not None
+        return lines.replace(place[1], repr(float(place[1]) + 1e-6)).split("\n")
+
+    return patch.object(deck, "held", farther)
+
+
+def overlaps_of_the_contact_before() -> AbstractContextManager[Any]:
+    """Every simulation starts from the static force of the contact before, of the first none."""
+
+    def shifted(granules: Granules) -> FloatArray:
+        force = np.append(0.0, granules.static_force[:-1])
+        return np.asarray((force / granules.stiffness) ** (2 / 3))
+
+    return patch.object(Granules, "static_overlap", property(shifted))
+
+
+def scene_with_gaps() -> hc.Scene:
+    """The demo scene with 6 granules, gaps of 10 um and a wall."""
+    scene = load("demo")
+    chain = replace(scene.chain, granules=6, gap=1e-5)
+    return replace(scene, chain=chain, wall=hc.Wall("elastic", 70e9, 0.33))
+
+
+def column() -> hc.Scene:
+    """A striker on a pressed column of 6 granules of two sizes and materials, and a wall."""
+    unlike = {"radius": (4.75e-3, 3e-3), "young_modulus": (193e9, 70e9)}
+    cells = {key: values * 3 for key, values in unlike.items()}
+    chain = hc.Chain(6, **cells, poisson_ratio=0.3, density=7958.0)
+    wall, pressed = hc.Wall("elastic", 70e9, 0.33), hc.Precompression(10.0, 9.81)
+    return hc.Scene(chain, hc.Striker(0.5), wall=wall, precompression=pressed)
+
+
+_PAIR = f"pair_coeff 1 2 hertz ${{k1_2}} 0.0 {NO_FRICTION}\n"
+
+MISTAKES_WITH_TERMS = (
+    Mistake("wall twice as stiff",
+        in_set_up(("k_wall equal 4/3/", "k_wall equal 8/3/")), STIFFNESS, made_in=column),
+    Mistake("wall damped",
+        in_set_up(("${k_wall} 0.0", "${k_wall} 10.0")), DAMPING, made_in=column),
+    Mistake("wall a micrometre too far", wall_too_far, WALL, made_in=column),
+    Mistake("radius of the neighbour",
+        in_set_up(("set atom 2 diameter 0.006\n", "set atom 2 diameter 0.0095\n")), RADIUS,
+        made_in=column),
+    Mistake("pair of materials left to LAMMPS to mix",
+        in_set_up((_PAIR, "")), STIFFNESS, made_in=column),
+    Mistake("gap lost", gap_lost, POSITION, made_in=scene_with_gaps),
+    Mistake("gravity the wrong way",
+        in_set_up(("vector 1 0 0", "vector -1 0 0")), CONSTANT, made_in=column),
+    Mistake("precompression on the last granule",
+        in_set_up(("fix press loaded", "fix press last")), CONSTANT, made_in=column),
+    Mistake("static overlaps of half the load", half_the_overlaps, POSITION, made_in=column),
+    Mistake("static overlap of the contact before, everywhere",
+        overlaps_of_the_contact_before, POSITION, made_in=column),
+    Mistake("velocity of the striker on the last granule",
+        in_set_up(("velocity first set", "velocity last set")), START_VELOCITY, made_in=column),
+)  # fmt: skip
+"""The mistakes: place of each, and the check of the examination that fails first."""
+
+
+RESTITUTION_LAW = hc.Contact("restitution", restitution=0.8)
+VISCOELASTIC_LAW = hc.Contact("viscoelastic", relaxation_time=1e-6)
+DASHPOT_LAW = hc.Contact("dashpot", coefficient=20.0)
+
+TOLERANCE = 1e-8
+PARTS = "right ones are off by 5e-12; has to be exceeded"
+
+
+@dataclass(frozen=True)
+class DampingMistake:
+    """A mistake in the damping of contacts."""
+
+    what: str
+    plant: Plant
+    law: hc.Contact  # damping of the scene
+    at_wall: bool = False  # whether a granule meets a wall, else two granules meet
+    cause: str | None = None  # words of a judgement; None where it does not detect the mistake
+
+
+def coefficients_times(factor: float) -> Plant:
+    """All coefficients of damping off by a factor."""
+    original = hc.Contact.coefficients
+
+    def changed(contact: hc.Contact, stiffness: FloatArray, mass: FloatArray) -> FloatArray:
+        return factor * original(contact, stiffness, mass)
+
+    return lambda: patch.object(hc.Contact, "coefficients", changed)
+
+
+def contact_mass_times(factor: float) -> Plant:
+    """Another m* in the coefficients, not in the motion."""
+    original = hc.Contact.coefficients
+
+    def changed(contact: hc.Contact, stiffness: FloatArray, mass: FloatArray) -> FloatArray:
+        return original(contact, stiffness, factor * mass)
+
+    return lambda: patch.object(hc.Contact, "coefficients", changed)
+
+
+def half_the_mass_at_walls() -> AbstractContextManager[Any]:
+    """A wall's m* is that of two granules."""
+    original = granules._contact_mass
+
+    def changed(mass: FloatArray, contacts: int) -> FloatArray:
+        masses = original(mass, contacts).copy()
+        if contacts == mass.size:
+            masses[-1] /= 2
+        return masses
+
+    return patch.object(granules, "_contact_mass", changed)
+
+
+def another(**other: Any) -> Plant:
+    """The integrator gets another chain: its fields by their names."""
+
+    def changed(scene: hc.Scene) -> Chain:
+        chain = Chain.of(scene)
+        return chain._replace(**{key: change(chain) for key, change in other.items()})
+
+    return lambda: patch.object(damped_runs, "Chain", SimpleNamespace(of=changed))
+
+
+def without_the_last(chain: Chain) -> FloatArray:
+    """No damping in the last contact, which is a wall's where there is one."""
+    damping = chain.damping.copy()
+    if chain.has_wall:
+        damping[-1] = 0.0
+    return damping
+
+
+def _of_tsuji() -> float:
+    return tsuji(0.8, root_2=False) / (math.sqrt(5) * damping_ratio(0.8))
+
+
+MISTAKES_IN_DAMPING = (
+    DampingMistake("overlap^(1/2) in place of overlap^(1/4)",
+        another(exponent=lambda _: 0.5), RESTITUTION_LAW, cause="of viscoelastic spheres"),
+    DampingMistake("overlap^0 in place of overlap^(1/2)",
+        another(exponent=lambda _: 0.0), VISCOELASTIC_LAW, cause="by dashpots of"),
+    DampingMistake("contacts that pull, restitution",
+        another(attraction=lambda _: True), RESTITUTION_LAW, cause="contacts that pull"),
+    DampingMistake("contacts that pull, dashpots",
+        another(attraction=lambda _: True), DASHPOT_LAW, cause="contacts that pull"),
+    DampingMistake("m in place of m*",
+        contact_mass_times(2.0), RESTITUTION_LAW, cause="m in place of m*"),
+    DampingMistake("m* of a wall as if it were a granule",
+        half_the_mass_at_walls, RESTITUTION_LAW, at_wall=True),
+    DampingMistake("3/2 missing, viscoelastic",
+        coefficients_times(2 / 3), VISCOELASTIC_LAW, cause="the factor 3/2 is missing"),
+    DampingMistake("alpha of LAMMPS's tsuji",
+        coefficients_times(_of_tsuji()), RESTITUTION_LAW, cause="damping tsuji of LAMMPS before"),
+    DampingMistake("coefficient times 1.001",
+        coefficients_times(1.001), DASHPOT_LAW, cause="(coefficient 1.001 times"),
+    DampingMistake("no damping at the wall",
+        another(damping=without_the_last), RESTITUTION_LAW, at_wall=True),
+    DampingMistake("no damping", coefficients_times(1e-12), RESTITUTION_LAW, cause="no damping"),
+)  # fmt: skip
+"""The mistakes: place of each, and the words with which ``hc.judge`` names it."""
+
+
+def by_collision(mistake: DampingMistake) -> Row:
+    """The known restitution of a collision; passes where the mistake is detected."""
+    expected = restitution_of(mistake.law)
+    with mistake.plant():
+        measured = at_wall(mistake.law) if mistake.at_wall else of_two(mistake.law)
+    caught = not abs(measured - expected) <= TOLERANCE
+    who = "a granule and a wall" if mistake.at_wall else "two spheres"
+    return Row(mistake.what, f"{who}: restitution", measured, expected, TOLERANCE, caught, PARTS)
+
+
+def of_two(law: hc.Contact) -> float:
+    """Restitution of a striker of 1 m/s and the granule that it meets."""
+    velocity = hc.Native(rtol=1e-10).run(hc.Scene(steel(2), hc.Striker(1.0), contact=law)).velocity
+    return float(velocity[1] - velocity[0])
+
+
+def at_wall(law: hc.Contact) -> float:
+    """Restitution of a granule and a wall, under a law whose restitution is independent of speed.
+
+    A striker of 1 m/s throws granule 2 at a wall 0.1 mm away; it comes back from 0.15 to 0.23 ms.
+    """
+    wall, end = hc.Wall("rigid", gap=1e-4), hc.Run(1.9e-4)
+    scene = hc.Scene(steel(2), hc.Striker(1.0), end, wall=wall, contact=law)
+    thrown = (1 + restitution_of(law)) / 2
+    return -float(hc.Native(rtol=1e-10).run(scene).velocity[1]) / thrown
+
+
+def restitution_of(law: hc.Contact) -> float:
+    """Return the restitution of a striker of 1 m/s and a granule, if contacts cannot pull."""
+    if law.restitution is not None:
+        return of_ratio(damping_ratio(law.restitution), pulls=False)
+    collision = collision_of(hc.Scene(steel(2), hc.Striker(1.0)))
+    if law.relaxation_time is not None:
+        return viscoelastic(law.relaxation_time, collision, pulls=False)
+    assert law.coefficient is not None
+    return dashpot(law.coefficient, collision, pulls=False)
+
 
 TITLE = "Planted mistakes: a row passes where the check that names the mistake fails"
 

@@ -11,9 +11,7 @@ from matplotlib.figure import Figure
 import hertzchain as hc
 from hertzchain import theory
 from hertzchain.arrays import FloatArray
-from validation.drawing import BACKENDS, new_figure
-from validation.rows import Row, row
-from validation.script import Script
+from validation.script import BACKENDS, Row, Script, new_figure, row
 from validation.shipped import effective_ratio, load, paper_table, pulse_of, scene_name, simulate
 
 ENTRY = (

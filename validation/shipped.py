@@ -12,7 +12,7 @@ from hertzchain.engines.lammps.backend import run_in
 from hertzchain.engines.lammps.engine import Child
 from hertzchain.errors import RunFailed
 from hertzchain.observables.samples import History
-from validation.rows import progress
+from validation.script import progress
 
 HERE = Path(__file__).parent
 

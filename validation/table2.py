@@ -9,9 +9,7 @@ import numpy as np
 import pandas
 from matplotlib.figure import Figure
 
-from validation.drawing import BACKENDS, new_figure
-from validation.rows import Row, row
-from validation.script import Script
+from validation.script import BACKENDS, Row, Script, new_figure, row
 from validation.shipped import eq3, load, paper_table, scene_name, simulate
 
 TITLE = "Table 2: granules in the transition, p"

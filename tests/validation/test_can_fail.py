@@ -45,7 +45,7 @@ from validation.physics import (
     published,
     restitution,
 )
-from validation.rows import Row
+from validation.script import Row
 
 FAILING: dict[ModuleType, dict[str, tuple[int, int, int]]] = {
     figure1: {"time": (18, 18, 0), "force": (33, 33, 1), "paper": (6, 6, 1), "momentum": (6, 6, 1)},

@@ -16,7 +16,7 @@ from hertzchain.errors import RunFailed
 from tests.command_line import python
 from tests.conftest import paper_scene
 from tests.places import ROOT
-from validation import bench_before, error_bounds, extremes, judging, long_run
+from validation import bench_before, error_bounds, extremes, long_run
 from validation.bench_before import Compared, compared, slower, times_of
 from validation.benchmarks import TERMS, Measured, keep
 
@@ -117,9 +117,9 @@ def test_every_run_is_right_or_refused(table: pd.DataFrame) -> None:
     # How long a run takes is the machine's matter here.
     rows = [entry for entry in extremes.promises(table) if "slowest" not in entry.what]
     assert [entry.what for entry in rows if not entry.passed] == []
-    answered = table[(table["run"] == "native") & (table["outcome"] == judging.RIGHT)]
+    answered = table[(table["run"] == "native") & (table["outcome"] == extremes.RIGHT)]
     assert len(answered) >= 3  # of 12: the others are refused, with a reason
-    assert set(table["outcome"]) <= {judging.RIGHT, *judging.REASONS.values()}
+    assert set(table["outcome"]) <= {extremes.RIGHT, *extremes.REASONS.values()}
     assert len(extremes.draw(table).axes) == 4
     late = table.assign(seconds=table["seconds"].where(table.index != table.index[-1], 30.0))
     assert any("slowest" in entry.what for entry in extremes.promises(late) if not entry.passed)
@@ -144,7 +144,7 @@ def test_a_silent_error_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
 
     monkeypatch.setattr(hc.Native, "run", off)
     with Child() as child:
-        judge = judging.Judge(0, paper_scene("cosine", 1.0, 2.0), child, rtol=1e-9)
+        judge = extremes.Judge(0, paper_scene("cosine", 1.0, 2.0), child, rtol=1e-9)
         assert judge.native("native", hc.Native(peaks_only=True)).outcome == "wrong"
         assert judge.native("native", hc.Native(rtol=1e-6, peaks_only=True)).outcome == "right"
 

@@ -18,8 +18,8 @@ from hertzchain.engines.lammps.engine import Child
 from hertzchain.errors import RunFailed
 from hertzchain.verdict.tradeoff import WAYS
 from tests import scenes
-from validation import rows, run_all, table2, table3, table4, tradeoff
-from validation.script import Script, rows_of, rows_only
+from validation import run_all, table2, table3, table4, tradeoff
+from validation.script import Script, row, rows_of, rows_only
 from validation.shipped import paper_table, scene_name, simulate
 
 SCRIPTS = {module.__name__.rpartition(".")[2]: module for module in run_all.MODULES}
@@ -125,7 +125,7 @@ def test_what_is_kept_of_a_script_keeps_its_promises(name: str) -> None:
 
 
 def small_script(passed: bool) -> Script:
-    entry = rows.row("a number", "native", 1.0 if passed else 2.0, 1.0, 0.5, "because")
+    entry = row("a number", "native", 1.0 if passed else 2.0, 1.0, 0.5, "because")
     return Script("A title", "Is it?", "nobody", **rows_only(lambda *_: [entry]))
 
 
@@ -148,14 +148,14 @@ def test_a_script_exits_1_when_a_row_is_off(
 
 def test_a_script_writes_what_it_measured(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(validation.script, "why_no_lammps", lambda: None)
-    csv, figure = tmp_path / "rows.csv", tmp_path / "rows.svg"
+    csv, figure = tmp_path / "script.csv", tmp_path / "script.svg"
     assert small_script(True).run(["-o", str(csv), "--plot", str(figure)]) == 0
     first = figure.read_bytes()
     script = small_script(True)
     assert rows_of(pd.read_csv(csv, comment="#")) == script.promises(script.measure(False, True))
     assert small_script(True).run(["--plot", str(figure)]) == 0
     assert figure.read_bytes() == first
-    assert small_script(True).run(["--plot", str(tmp_path / "rows.txt")]) == 2
+    assert small_script(True).run(["--plot", str(tmp_path / "script.txt")]) == 2
 
 
 @pytest.mark.parametrize(("passed", "status"), [(True, 0), (False, 1)])

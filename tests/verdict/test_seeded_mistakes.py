@@ -20,18 +20,24 @@ from hertzchain.verdict.check import Check
 from hertzchain.verdict.generated_deck import number_checks
 from tests.conftest import paper_scene
 from validation import mistakes, table3, table4
-from validation.mistakes import APPLIED, MISTAKES, compared, small_scene
-from validation.mistakes_with_terms import (
+from validation.corrections import EXPONENTS
+from validation.mistakes import (
+    APPLIED,
     CONSTANT,
+    MISTAKES,
     MISTAKES_WITH_TERMS,
+    POSITION,
     RADIUS,
     START_VELOCITY,
+    STIFFNESS,
     WALL,
+    Mistake,
+    Plant,
+    compared,
+    in_set_up,
+    small_scene,
 )
-from validation.planting import POSITION, STIFFNESS, Mistake, Plant, in_set_up
-from validation.readings import EXPONENTS
-from validation.rows import Row
-from validation.script import Script
+from validation.script import Row, Script
 
 EXAMINATION = {
     "lammps: number of granules",

@@ -14,7 +14,7 @@ from tests.conftest import STEEL
 from tests.engines.native.test_damped import LAWS, scene_with
 from tests.engines.native.test_damped import PULSE as SHORT
 from tests.engines.native.test_terms import PTFE, PULSE, SCENES, row
-from validation.planting import DAMPING, Plant, in_set_up
+from validation.mistakes import DAMPING, Plant, in_set_up
 
 pytestmark = pytest.mark.lammps
 

@@ -14,10 +14,8 @@ import pandas
 from matplotlib.figure import Figure
 
 import hertzchain as hc
-from validation.drawing import new_figure
 from validation.physics.chains import history_of, steel
-from validation.rows import Row, row
-from validation.script import Script
+from validation.script import Row, Script, new_figure, row
 
 FORCE = 100.0
 """Of every pulse [N]."""

@@ -20,10 +20,8 @@ from hertzchain.arrays import FloatArray
 from hertzchain.scene.terms import DampingLaw
 from hertzchain.theory.restitution import of_ratio
 from hertzchain.theory.solitary_wave import solitary_wave
-from validation.drawing import new_figure
 from validation.physics.chains import steel, units_of
-from validation.rows import Row, row
-from validation.script import Script
+from validation.script import Row, Script, new_figure, row
 
 LAWS: dict[DampingLaw, tuple[float, float, str]] = {
     "dashpot": (0.0, 0.636550, "#0072B2"),

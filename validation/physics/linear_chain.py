@@ -19,8 +19,7 @@ from scipy.special import jv
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
 from validation.physics.chains import answers, history_of, steel
-from validation.rows import Row, row
-from validation.script import Script, rows_only
+from validation.script import Row, Script, row, rows_only
 from validation.shipped import STEEL
 
 FORCE = 10.0

@@ -15,8 +15,7 @@ import numpy as np
 import hertzchain as hc
 from validation.physics import chains
 from validation.physics.chains import EXTRAPOLATED, steel
-from validation.rows import Row, row
-from validation.script import Script, rows_only
+from validation.script import Row, Script, row, rows_only
 
 SPEEDS = {
     1.1: 1.0054167, 1.5: 1.0247944, 2: 1.0453147, 3: 1.0787444, 5: 1.1290158, 10: 1.2131572,

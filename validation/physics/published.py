@@ -21,10 +21,15 @@ import numpy as np
 import hertzchain as hc
 from hertzchain.theory.restitution import of_natural, of_ratio
 from validation.physics.chains import steel
-from validation.physics.known import Number, compare_numbers, duration_of, peak_of, velocity_of
+from validation.physics.known_numbers import (
+    Number,
+    compare_numbers,
+    duration_of,
+    peak_of,
+    velocity_of,
+)
 from validation.physics.restitution import BETAN_PER_RATIO, betan
-from validation.rows import Row
-from validation.script import Script, rows_only
+from validation.script import Row, Script, rows_only
 from validation.shipped import STEEL
 
 CHUNG = "Chung and Ooi, Granular Matter 13 (2011) 643, as Yade has it"

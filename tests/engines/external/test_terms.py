@@ -27,7 +27,7 @@ from tests.engines.external.test_same_steps import (
 from tests.engines.lammps.test_lammps import largest
 from tests.engines.native.test_terms import PULSE, SCENES, UNIFORM
 from tests.scenes import load
-from validation.random_drives import random_scene_with_piston, random_scene_with_sine
+from validation.random_scenes import random_scene_with_piston, random_scene_with_sine
 
 
 @pytest.mark.lammps

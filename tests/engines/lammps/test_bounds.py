@@ -26,7 +26,7 @@ from hertzchain.verdict.comparison import compare
 from tests import scenes
 from tests.conftest import STEEL, paper_scene
 from tests.oracles.bounds import lasting
-from validation.random_drives import random_hard_scene
+from validation.random_scenes import random_hard_scene
 
 pytestmark = pytest.mark.lammps
 

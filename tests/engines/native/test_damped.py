@@ -30,8 +30,11 @@ from hertzchain.observables.samples import Recorder
 from hertzchain.verdict.run_checks import balance_checks
 from tests.conftest import STEEL
 from tests.oracles import extrapolation
-from validation.random_drives import random_hard_scene, random_scene_with_piston
-from validation.random_scenes import random_damped_scene
+from validation.random_scenes import (
+    random_damped_scene,
+    random_hard_scene,
+    random_scene_with_piston,
+)
 
 TWO = hc.Chain(2, **STEEL)
 PULSE = hc.Pulse("cosine", 100.0, 2.0, momentum_ratio=1.0)

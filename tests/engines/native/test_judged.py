@@ -38,11 +38,12 @@ from tests.oracles.bounds import (
     lasting,
 )
 from tests.places import ROOT
-from validation.random_drives import random_scene_with_piston, random_scene_with_sine
 from validation.random_scenes import (
     damped,
     pushed_within,
     random_damped_scene,
+    random_scene_with_piston,
+    random_scene_with_sine,
     random_scene_with_terms,
     thrown,
     with_fixed,

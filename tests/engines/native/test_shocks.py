@@ -17,7 +17,7 @@ from hertzchain.report.documents import of_result
 from hertzchain.verdict.run_checks import balance_checks, same_steps_checks
 from tests.conftest import STEEL
 from tests.oracles.bounds import lasting
-from validation.random_drives import random_scene_with_piston
+from validation.random_scenes import random_scene_with_piston
 
 UNIFORM = hc.Chain(8, **STEEL)
 TABLE = hc.Piston(None, (1e-5, 5e-5, 9e-5, 2e-4), (0.0, 4e-6, 1e-6, 2e-6))
