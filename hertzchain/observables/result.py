@@ -554,7 +554,7 @@ class Result(ShownRun):
 
     @cached_property
     def first_columns(self) -> dict[str, NDArray[Any]]:
-        """Columns of first pulses and errors, as ``contact_errors.columns`` has them, and near_end.
+        """Columns of first pulses and errors, as ``error_bound.columns`` has them, and near_end.
 
         ``near_end`` is true for the last contacts, where incident and reflected wave are one hump:
         two, or seven if contacts are damped or loaded.
