@@ -21,7 +21,6 @@ from hertzchain.engines.external.observation import Observation
 from hertzchain.engines.external.readings import Granules, stops
 from hertzchain.engines.external.rescaling import NONE
 from hertzchain.engines.liggghts import deck as liggghts_deck
-from hertzchain.engines.yade.backend import read_array
 from hertzchain.errors import BackendMissing, RunFailed, StepUnstable, TooExpensive, Unpredictable
 from hertzchain.known import answer
 from hertzchain.observables.peaks import largest_difference
@@ -29,7 +28,6 @@ from hertzchain.scene.schedule import Leg
 from hertzchain.scene.shocks import Ramp
 from tests.conftest import STEEL, paper_scene
 from tests.engines.external.test_same_steps import PLAIN, PULSE
-from tests.scenes import NAMES
 from validation import engines
 
 Engine = type[hc.Liggghts] | type[hc.Yade]
@@ -94,12 +92,6 @@ def test_the_force_of_liggghts_counts_steps() -> None:
     cut = Leg(1.0, 2.0, 4, Ramp(1.0, 5.0, 5.0, 1.0, "cosine"))  # the run ends within the ramp
     assert liggghts_deck.force_formula(rise) == "0.0+5.0*elapsed*0.25"
     assert liggghts_deck.force_formula(cut) == "5.0-4.0*sin(PI/2*elapsed*0.0625)^2"
-
-
-def test_a_leg_is_read_at_both_ends() -> None:
-    assert stops(Leg(0.0, 1.0, 7, None), 3) == [0, 3, 6, 7]
-    assert stops(Leg(0.0, 1.0, 6, None), 3) == [0, 3, 6]
-    assert stops(Leg(0.0, 1.0, 2, None), 3) == [0, 2]
 
 
 DECK_SCENE = paper_scene("cosine-triangular", 1.0, 2.0, granules=5)
@@ -230,10 +222,6 @@ def test_what_is_recorded_is_what_the_engines_find(tmp_path: Path) -> None:
             assert force == pytest.approx(kept[name][1][who], rel=1e-10, abs=0)
 
 
-def test_the_record_is_of_all_scenes() -> None:
-    assert list(engines.recorded()) == engines.names() == [*NAMES, engines.DAMPED]
-
-
 @pytest.mark.parametrize("name", engines.names())
 def test_the_record_agrees_with_velocity_verlet_of_today(name: str) -> None:
     dt, peaks = engines.recorded()[name]
@@ -246,18 +234,6 @@ def test_the_record_agrees_with_velocity_verlet_of_today(name: str) -> None:
         assert largest_difference(peaks[engine], native) <= engines.AGREED
         # And with one another as far as round-off goes, about 1e-12 at 24 scenes.
         assert largest_difference(peaks[engine], peaks["lammps"]) <= 1e-10
-
-
-def test_readings_that_are_missing_or_too_many_are_refused() -> None:
-    scene = PLAIN["short"]
-    legs = scene.schedule(1e-6)
-    strides = [10] * len(legs)
-    wanted = sum(len(stops(leg, 10)) for leg in legs)
-    rest = Granules(*np.ones((3, 3)))
-    for count in (wanted - 1, wanted + 1):
-        seen = Observation(scene, NONE, legs, None, "Yade")
-        with pytest.raises(RunFailed, match=f"left {count} readings, not the {wanted} it was"):
-            seen.replay(rest, np.zeros((count, 3, 3)), strides)
 
 
 @pytest.mark.parametrize(
@@ -282,16 +258,3 @@ def test_granules_faster_than_all_the_impulse_in_one_have_diverged(
     seen = Observation(scene, NONE, legs, None, "Yade")
     with refused if diverges else nullcontext():
         seen.replay(rest, readings, [stride] * len(legs))
-
-
-def test_arrays_that_are_no_readings_are_refused(tmp_path: Path) -> None:
-    path = tmp_path / "readings.npy"
-    with pytest.raises(RunFailed, match="Yade left no readings that can be read"):
-        read_array(path, (None, 3, 5))
-    for wrong in (np.zeros((2, 3, 4)), np.zeros(5), np.zeros((2, 3, 5), np.float32)):
-        np.save(path, wrong)
-        with pytest.raises(RunFailed, match="Yade left readings of another shape"):
-            read_array(path, (None, 3, 5))
-    path.write_bytes(path.read_bytes()[:60])
-    with pytest.raises(RunFailed, match="Yade left"):
-        read_array(path, (None, 3, 5))

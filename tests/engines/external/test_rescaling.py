@@ -79,20 +79,6 @@ def test_overlaps_become_as_deep_as_they_may(
     assert after <= before * (8 if scaling.power < 0 else 1.0)
 
 
-def test_overlaps_under_a_long_pulse_are_no_deeper_than_expected() -> None:
-    """Granules that were thrown ahead meet again, and press one another by more than F0."""
-    scene = scene_of(1e-9, 60, 30.0, 70.0, "cosine")
-    peaks = hc.Native(peaks_only=True).run(scene).peak_force
-    highest = float(np.max(peaks)) / scene.units.force
-    assert highest > 2
-    # Lengths grow in powers of 4: one of these comes near what is allowed.
-    for depth in np.geomspace(1e-9, 4e-9, 30):
-        scene = scene_of(float(depth), 60, 30.0, 70.0, "cosine")
-        scaling = softening(scene, steps_of(scene, 0.01))
-        # In radii: where two overlaps add up to 2, granules touch the next but one.
-        assert depth * scaling.length * highest ** (2 / 3) < 0.8
-
-
 @pytest.mark.lammps
 def test_nothing_moves_before_a_table_starts() -> None:
     table = hc.PulseTable((1.0, 2.0), (0.0, 1e-9))

@@ -16,13 +16,11 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.external.step_error import usual_accuracy
 from hertzchain.engines.lammps.deck import leg_commands, set_up
 from hertzchain.engines.lammps.dialect import PAIR_STYLES
 from hertzchain.engines.lammps.engine import command, engine
 from hertzchain.errors import Unpredictable
 from hertzchain.observables.peaks import largest_difference
-from hertzchain.verdict.comparison import compare
 from tests import scenes
 from tests.conftest import STEEL, paper_scene
 from tests.oracles.bounds import lasting
@@ -139,29 +137,6 @@ def test_readings_too_rare_for_a_dashpot_say_so() -> None:
         stated.append(min(result.error_estimate, 1.0))  # at 1 and above no digit is known
     assert stated[0] < 0.01
     assert 0.2 < stated[1] <= stated[2]
-
-
-def test_compare_asks_for_what_takes_seconds() -> None:
-    assert usual_accuracy(GAPS) == 1e-4
-    assert usual_accuracy(replace(GAPS, contact=None)) == 1e-6
-
-
-def test_a_scene_without_terms_states_what_it_did() -> None:
-    """Second maxima count twice the error of the first there; a factor of 1.5 is enough."""
-    scene = hc.Scene(hc.Chain(6, **STEEL), hc.Pulse("cosine", 100.0, 2.0, momentum_ratio=1.0))
-    with_gap = replace(scene, chain=replace(scene.chain, gap=1e-15))
-    dt = 0.05 * scene.contact_time
-    plain, other = (hc.Lammps(dt).run(each).error_estimate for each in (scene, with_gap))
-    assert 1.9 < other / plain < 2.1
-
-
-def test_a_right_deck_with_dashpots_passes() -> None:
-    comparison = compare(
-        replace(GAPS, chain=hc.Chain(3, gap=1e-6, **STEEL)), [hc.Lammps(rtol=1e-2)]
-    )
-    assert comparison.verdict == "pass", [
-        check.name for check in comparison.checks if not check.passed
-    ]
 
 
 def whole_deck(scene: hc.Scene, dt: float, pair_style: str = "granular") -> str:

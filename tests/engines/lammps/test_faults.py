@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import os
 import pickle
-import re
 import signal
 import subprocess
 import sys
@@ -21,7 +20,6 @@ import numpy as np
 import pytest
 
 import hertzchain as hc
-from hertzchain.engines.lammps import isolation
 from hertzchain.engines.lammps.backend import run_many
 from hertzchain.engines.lammps.isolation import Child
 from hertzchain.errors import BackendMissing, OverlapTooLarge, RunFailed, SceneError, TooExpensive
@@ -372,30 +370,6 @@ def test_what_a_killed_process_of_the_same_number_left_does_no_harm(size: int) -
     code = UNLUCKY.replace("SIZE", str(size))  # with 0 bytes MPI would hang, with 1000 end
     done = python("-c", code)
     assert (done.returncode, done.stdout) == (0, "True\n"), done.stderr
-
-
-@linux
-@pytest.mark.lammps
-def test_what_another_user_left_under_the_number_is_told() -> None:
-    leave = UNLUCKY.replace(".write_bytes(bytes(SIZE))", ".mkdir()")  # nobody unlinks a folder
-    done = python("-c", leave)
-    (file,) = set(re.findall(r"/\w+/shm/mpich_shm_\w+", done.stderr))
-    Path(file).rmdir()
-    assert "left by another user, has the number of this process); run the command" in done.stderr
-
-
-def test_a_process_gets_another_number_where_another_user_has_it(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    asked: list[int] = []
-
-    def is_third(pid: int) -> bool:
-        asked.append(pid)
-        return len(asked) == 3
-
-    monkeypatch.setattr(isolation, "forget_shared_memory", is_third)
-    with isolation.Child() as child:
-        assert child.call(os.getpid, time_limit=60) == asked[2] == child.pid
 
 
 @pytest.mark.lammps

@@ -10,14 +10,14 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.external.readings import Granules, contact_forces, samples
+from hertzchain.engines.external.readings import contact_forces
 from hertzchain.engines.lammps.deck import set_up
 from hertzchain.engines.lammps.dialect import PAIR_STYLES
 from hertzchain.engines.lammps.engine import command, engine, granules
 from hertzchain.engines.native.equations import Chain
 from hertzchain.engines.native.plan import METHODS
 from hertzchain.engines.native.simulation import simulate
-from hertzchain.errors import RunFailed, SceneError
+from hertzchain.errors import SceneError
 from hertzchain.observables.peaks import largest_difference
 from hertzchain.observables.samples import DampedLaw, Samples
 from hertzchain.observables.watch import PeakWatch
@@ -174,19 +174,6 @@ def test_mass_and_force_are_those_of_equation_1() -> None:
         assert force == pytest.approx([expected, 0.0], rel=1e-11, abs=0)
 
 
-def test_granules_that_only_touch_are_no_contact() -> None:
-    # The second contact overlaps by the rounding of coordinates only, whatever the forces say.
-    sites = np.array([0.0, 1.0, 2.0])
-    position = np.array([[1e-6, 0.0, -2e-16]] * 2) + sites
-    arrays = np.zeros((2, 3, 3, 3))
-    arrays[:, 0, :, 0] = position
-    arrays[:, 2, :, 0] = [-5.0, 4.0, 1.0]
-    at_rest = Granules(sites, np.ones(3), np.ones(3))
-    seen = samples(np.array([0.0, 1.0]), arrays[..., 0], at_rest, Leg(0.0, 1.0, 1, None))
-    assert 0 < seen.overlap[0, 1] <= np.finfo(np.float64).eps * 2
-    assert seen.contact_force.tolist() == [[5.0, 0.0]] * 2
-
-
 def test_derivatives_are_those_of_the_displacements(demo: hc.Scene) -> None:
     # Velocity Verlet's own are off by dt^2 / 6 times the third and dt^2 / 12 times the fourth.
     dt = 0.02 * demo.units.time
@@ -215,13 +202,6 @@ def test_granules_thrown_far_are_not_lost() -> None:
     assert result.displacement[-1] > 6 * scene.chain.radius
     twin = simulate(scene, scene.schedule(result.dt), VERLET)
     assert largest(result.velocity / scene.units.velocity, twin.velocity) < 1e-11
-
-
-def test_an_error_of_lammps_is_one_sentence() -> None:
-    with engine() as lammps, pytest.raises(RunFailed, match="pair_style nonsense"):
-        command(
-            lammps, "units si\nregion box block 0 1 0 1 0 1\ncreate_box 1 box\npair_style nonsense"
-        )
 
 
 @pytest.mark.parametrize(

@@ -221,16 +221,6 @@ def test_weight_is_carried_by_fixed_granules() -> None:
     assert scene.granules.static_force.tolist() == pytest.approx(expected, rel=1e-14)
 
 
-def test_files_and_tables(tmp_path: Path) -> None:
-    scene = held(3, 8)
-    unlike = {**STEEL, "radius": [1e-3, 2e-3] * 4}
-    gapped = hc.Chain(8, **unlike, gap=1e-6, fixed=scene.chain.fixed)
-    for expected in (scene, replace(scene, chain=gapped)):
-        path = tmp_path / "scene.toml"
-        expected.to_toml(path)
-        assert hc.Scene.from_toml(path) == expected
-
-
 def test_no_wave_beyond_a_fixed_granule() -> None:
     """It is that of a chain that ends there, and of contacts behind nothing is awaited."""
     scene = held(9, granules=16)

@@ -10,22 +10,17 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from scipy.integrate import quad
 from scipy.special import jv
 
 import hertzchain as hc
 from hertzchain.engines.native.damped_runs import integrate_damped
 from hertzchain.engines.native.equations import Chain
-from hertzchain.engines.native.plan import METHODS
-from hertzchain.engines.native.simulation import simulate
 from hertzchain.observables.peaks import largest_difference
 from hertzchain.scene.scene import refuse_hopeless_overlap
 from tests.conftest import STEEL
 from tests.oracles import extrapolation
 from tests.oracles.scene_in_si import numbers_of_chain
-
-Floats = NDArray[np.float64]
 
 PTFE = {"radius": 4.75e-3, "young_modulus": 1.46e9, "poisson_ratio": 0.46, "density": 2200.0}
 PULSE = hc.Pulse("cosine", 100.0, 2.0, momentum_ratio=1.0)
@@ -70,14 +65,6 @@ def test_two_spheres_that_meet() -> None:
     assert result.velocity == pytest.approx(
         [2.0 * (m1 - m2) / (m1 + m2), 4.0 * m1 / (m1 + m2)], rel=1e-10, abs=0
     )
-
-
-@pytest.mark.parametrize("name", ["striker, rigid wall", "gaps", "dimer", "column"])
-def test_nothing_is_left_behind_with_terms(name: str) -> None:
-    scene = SCENES[name]
-    legs, walker = scene.schedule(0.2 * scene.contact_time), METHODS["srkn-11b"].walker
-    run = simulate(scene, legs, walker, leave_behind=True)
-    assert np.all(np.isfinite(run.displacement))
 
 
 def test_a_static_load_stays_where_it_is() -> None:
@@ -327,11 +314,3 @@ def test_what_is_recorded_in_flight(law: hc.Contact | None) -> None:
     assert np.ptp(velocity) < 1e-8 * velocity[0]
     assert np.diff(place) == pytest.approx(velocity[0] * np.diff(time), rel=1e-8)
     assert not history.contact_force.any()
-
-
-def test_equal_steps_where_adaptive_ones_do_not_fit_in_memory(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    scene = touching_but_for(399)
-    monkeypatch.setattr("hertzchain.engines.native.damped_runs._NUMBERS_PER_GRANULE", 1e9)
-    assert hc.Native(rtol=1e-6).run(scene).method == "srkn-11b"
