@@ -207,15 +207,6 @@ def test_corrections(name: str, scene: hc.Scene, right: FoundDeck) -> None:
     assert printed.count("this follows from 1") == sum(row[3] == 0 for row in findings)
 
 
-def test_a_variable_that_is_right_is_not_to_blame(scene: hc.Scene, right: FoundDeck) -> None:
-    """Its command is: the line that is corrected, not one that is taken out."""
-    both = {("in.made", 2, LINES[1]): (LINES[1],), **LAW}
-    deck = Deck(scene, right, [failed("law", 1, both)], mass_and_law)
-    (check, _) = deck.proven().checks
-    assert check.place == Place("in.made", 3, LINES[2], 2)
-    assert check.command == "right law"
-
-
 def test_time_is_over(scene: hc.Scene, right: FoundDeck) -> None:
     """What is proven by then is in the fixed deck, with a remark that not all was tried."""
     deck = Deck(scene, right, [failed("mass", 2, MASS), failed("law", 3, LAW)], mass_and_law)
@@ -255,12 +246,3 @@ def test_no_worse(scene: hc.Scene, right: FoundDeck) -> None:
     assert correct.is_no_worse(both, late)  # one judges the last contact, the other does not
     assert correct.is_no_worse(dead, of("law", error=0.2))
     assert correct.is_no_worse(dead, of("law", stopped="lost atoms"))
-
-
-def test_changes_on_top_of_changes() -> None:
-    once = correct.combined({}, edit(2, "a", LINES[1], "b"))
-    assert once == {("in.made", 2): ("a", LINES[1], "b")}
-    assert correct.combined(once, {**edit(2, "c"), **LAW}) == {
-        ("in.made", 2): ("a", "c", "b"), ("in.made", 3): ("right law",)
-    }  # fmt: skip
-    assert correct.combined({("in.made", 2): ("a",)}, edit(2, "c")) is None

@@ -123,14 +123,6 @@ def test_commands_of_a_scene(row: int) -> None:
     assert_alike(lines or [], expected or [])
 
 
-def test_places_begin_at_granule_1() -> None:
-    """Granules of rubber press one another, more so further down."""
-    first, *_, last = correct.place_commands(case("column", "cgs", **DOWN)) or []
-    assert first == "set atom 1 x 1 y 0 z 30"
-    assert last.startswith("set atom 10 x 1 y 0 z 12.07263")
-    assert correct.place_commands(case("column", ids=np.arange(9))) is None
-
-
 @pytest.mark.parametrize(
     ("contact", "version", "number", "words"),
     [
@@ -158,43 +150,3 @@ def test_words_of_damping(
     assert correct.damping_words(example, k, version) == (number, words)
     small, _ = correct.damping_words(replace(example, units=UNITS["micro"]), k, version)
     assert float(small) == float(number) * (1 if contact.restitution else 1e6)
-
-
-PULSE = hc.Pulse("cosine", 100.0, 2.0, rise_time=3e-5)
-
-
-def test_pairs_of_types() -> None:
-    """Types that never touch have coefficients, too; one pair has one law."""
-    scene = hc.Scene(
-        hc.Chain(4, radius=5e-3, young_modulus=[70e9, 70e9, 200e9, 200e9], poisson_ratio=0.3,
-                 density=7800.0),
-        PULSE,
-    )  # fmt: skip
-    laws = [f"{4 / 3 * young:.10g}" for young in (
-        modulus(70e9, 0.3), 1 / (1 / (2 * modulus(70e9, 0.3)) + 1 / (2 * modulus(200e9, 0.3))),
-        modulus(200e9, 0.3),
-    )]  # fmt: skip
-    example = replace(case("wall"), scene=scene)
-
-    def lines(*types: int) -> list[str] | None:
-        deck = changed(example.deck, types=np.array(types))
-        commands = correct.law_commands(replace(example, deck=deck))
-        return None if commands is None else [" ".join(line.split()[1:6]) for line in commands]
-
-    assert lines(1, 1, 2, 2) == ["granular", *(
-        f"{pair} hertz {law} 0.0" for pair, law in zip(("1 1", "1 2", "2 2"), laws, strict=True)
-    )]  # fmt: skip
-    like, mixed, stiff = laws
-    assert lines(1, 3, 3, 2) == ["granular", *(
-        f"{pair} hertz {law} 0.0" for pair, law in {
-            "1 1": like, "1 2": like, "1 3": like, "2 2": like, "2 3": stiff, "3 3": mixed
-        }.items()
-    )]  # fmt: skip
-    assert lines(1, 1, 1, 2) is None  # granules 1, 2 and 3 are of one type, and not alike
-
-
-def test_fixed_granules_of_damped_contacts_are_frozen() -> None:
-    damped = replace(case("fixed").scene, contact=hc.Contact("restitution", restitution=0.9))
-    assert correct.freeze_commands(replace(case("fixed"), scene=damped)) == [
-        "group fixed id 9", "fix freeze fixed freeze"
-    ]  # fmt: skip

@@ -186,12 +186,6 @@ def test_velocities_are_in_spacings_of_the_lattice_unless_said(said: str, count:
     assert "lattice-units" not in {finding.rule for finding in lint(fine)}
 
 
-def test_a_force_may_name_a_variable_that_is_made_before_the_run() -> None:
-    """LAMMPS asks for it when the run begins."""
-    definition, used = CLEAN[CLEAN.index("variable push") : CLEAN.index("run 1000")].splitlines()
-    assert lint(CLEAN.replace(f"{definition}\n{used}", f"{used}\n{definition}")) == []
-
-
 def test_a_chain_made_in_a_loop_is_a_chain() -> None:
     loop = """\
 variable i loop 30
@@ -206,41 +200,10 @@ jump SELF more
     assert {f.rule for f in lint(text.replace("boundary f f f", ""))} == {"periodic"}
 
 
-@pytest.mark.lammps
-def test_static_loads_are_no_staircase_and_push_one_granule_each() -> None:
-    held = "".join(f"fix p{k} first addforce {k} 0.0 0.0\n" for k in (1, 2, 3))
-    text = CLEAN.replace("timestep 5e-8", f"group last id 30\n{held}timestep 5e-8")
-    assert lint(text) == []
-    weight = "variable w atom -9.81*mass\nfix g all addforce v_w 0.0 0.0\n"
-    assert "force-on-all" not in {
-        finding.rule for finding in lint(CLEAN.replace("timestep 5e-8", f"{weight}timestep 5e-8"))
-    }  # fmt: skip
-
-
 def test_nothing_is_said_of_a_clean_deck_and_later_commands_count() -> None:
     assert lint(CLEAN) == []
     assert lint(CLEAN.replace("run 1000", DIAMETER + DENSITY + "run 1000")) == []
     assert lint(CLEAN.replace(DIAMETER + DENSITY, DENSITY + DIAMETER + DENSITY)) == []
-
-
-def test_words_are_split_as_lammps_splits_them() -> None:
-    text = """\
-variable a index 3   # a comment
-print "a # that is none" # but this is
-if "${a} > 2" then "set group all diameter 1.0" &
-    "run $( v_a + 1 )" else 'run 7'
-print \"\"\"two
-lines\"\"\"
-run $(2*v_a:%.17g) every ${a} "set group all density 1"
-"""
-    commands = script_of(Path("in.chain"), text)
-    assert [(c.line, "|".join(c.words)) for c in commands] == [
-        (1, "variable|a|index|3"),
-        (2, "print|a # that is none"),
-        (3, "if|${a} > 2|then|set group all diameter 1.0|run $(v_a+1)|else|run 7"),
-        (5, "print|two lines"),
-        (7, "run|$(2*v_a:%.17g)|every|${a}|set group all density 1"),
-    ]
 
 
 MORE_WORDS = 'set fix run if variable jump label next ${R} $(v_R) $( & # " \' """ v_push * 0 -1 nan'
