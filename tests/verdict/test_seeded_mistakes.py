@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import math
 from collections.abc import Callable
 from dataclasses import replace
 from types import ModuleType
@@ -98,17 +97,6 @@ def test_without_a_mistake_nothing_is_caught() -> None:
 
 
 # By how much
-
-
-@pytest.mark.lammps
-@pytest.mark.parametrize("steps", [1, -1])
-def test_a_late_force_is_off_by_what_it_grows_in_a_step(steps: int) -> None:
-    what = "force one step late" if steps > 0 else "force one step early"
-    check = seen(next(mistake for mistake in MISTAKES if mistake.what == what).plant, APPLIED)
-    # Four steps a leg: over the cosine rise the largest growth in one is sin(45 degrees) / 2 of F0.
-    assert abs(check.measured - check.expected) == pytest.approx(
-        100 * math.sqrt(0.5) / 2, rel=1e-9, abs=0
-    )
 
 
 # Mistakes outside of decks

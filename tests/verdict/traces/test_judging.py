@@ -14,8 +14,6 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.errors import HertzchainError
-from hertzchain.verdict.traces.judging import matched
-from hertzchain.verdict.traces.traces import is_traces
 from tests.command_line import Command
 from tests.conftest import STEEL
 
@@ -116,14 +114,6 @@ def test_what_is_no_pulse_of_the_scene(measured: pd.DataFrame, times: float, fai
     traces["gauge_6_N"] += size * np.sin(2 * np.pi * time / 1.7e-5) * after
     judgement = hc.judge_traces(SCENE, traces, tolerance=0.02)
     assert failed(judgement) == ({"whole"} if fails else set())
-
-
-def test_samples_that_tell_no_width_give_no_pulse(measured: pd.DataFrame) -> None:
-    """A force without a slope fits at any time and with any width."""
-    done = hc.judge_traces(SCENE, measured)
-    flat = replace(done.known, force=np.ones_like(done.known.force))
-    pulses = [matched(done.traces, expected, done.shift, 1) for expected in (done.known, flat)]
-    assert [pulse is None for pulse in pulses] == [False, True]
 
 
 def test_another_modulus() -> None:
@@ -277,13 +267,6 @@ def test_a_recording_without_a_pulse_is_no_pass(measured: pd.DataFrame) -> None:
     assert judgement.checks == ()
 
 
-@pytest.mark.parametrize("gain", [0.01, 40.0])
-def test_the_clock_is_found_whatever_the_gain(measured: pd.DataFrame, gain: float) -> None:
-    traces = measured.copy()
-    traces[list(traces.columns[1:])] *= gain
-    assert hc.judge_traces(SCENE, traces).shift == pytest.approx(3.3e-4, abs=1e-8)
-
-
 def test_a_signal_that_goes_down(measured: pd.DataFrame) -> None:
     traces = measured.assign(gauge_6_N=-measured["gauge_6_N"])[["time_s", "gauge_6_N"]]
     with pytest.raises(HertzchainError, match="upside down: give a negative unit"):
@@ -323,22 +306,6 @@ def test_files_that_are_no_traces(content: str | None, words: str, tmp_path: Pat
         path.write_text(content)
     with pytest.raises(HertzchainError, match=words):
         hc.judge_traces(SCENE, path)
-
-
-@pytest.mark.parametrize(
-    ("names", "columns", "expected"),
-    [
-        (["time_s", "gauge_6_N"], {}, True),
-        (["t", "CH1"], {"wall": "CH1"}, True),
-        (["time (us)", "contact_3 (kN)"], {}, True),
-        (["contact", "peak_force_N"], {}, False),
-        (["time_s", *(f"contact_{k}_N" for k in range(2, 17))], {}, True),
-        (["step", "x1", "x2"], {}, False),
-    ],
-    ids=str,
-)
-def test_which_files_are_traces(names: list[str], columns: dict[str, str], expected: bool) -> None:
-    assert is_traces(names, columns) == expected
 
 
 @pytest.mark.parametrize(("digits", "clipped"), [(2, False), (2, True), (12, True)])
