@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -123,15 +122,6 @@ def test_blocks_vs_one_block(split: int) -> None:
     assert parts.time == pytest.approx(whole.time, rel=0, abs=1e-12)
 
 
-def test_a_maximum_on_a_sample_is_found_once_and_exactly() -> None:
-    overlap = cosines(np.array([1.0]), np.array([2.0]))
-    time = 2.0 + 0.25 * np.arange(-4.0, 5.0)
-    watch = watched(samples_of(overlap, time[:5]), samples_of(overlap, time[4:]))
-    assert watch.force[0] == 1.0
-    # The rate there is 6e-17 and not 0.
-    assert watch.time[0] == pytest.approx(2.0, rel=0, abs=1e-15)
-
-
 def test_a_contact_that_is_never_pressed_has_no_force_and_no_time() -> None:
     def overlap(time: FloatArray, k: int) -> FloatArray:
         bump = cosines(np.array([1.0]), np.array([1.0]))(time, k)
@@ -161,14 +151,6 @@ def test_peaks_keep_the_stiffness_of_the_backend() -> None:
     # A few roundings.
     assert wrong.force == pytest.approx(1.2345 * right.force, rel=1e-15, abs=0)
     assert np.array_equal(wrong.time, right.time)
-
-
-def test_a_contact_without_a_force_has_no_peak() -> None:
-    """Overlaps alone are none: a pair that a backend forgot must show."""
-    samples = samples_of(cosines(np.array([1.0]), np.array([1.03])), np.arange(0.0, 2.5, 0.1))
-    watch = watched(replace(samples, contact_force=np.zeros_like(samples.contact_force)))
-    assert watch.force[0] == 0
-    assert np.isnan(watch.time[0])
 
 
 # largest_difference
