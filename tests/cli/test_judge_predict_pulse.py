@@ -5,7 +5,6 @@ from __future__ import annotations
 import tomllib
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from hertzchain.scene.starters import write_starter
@@ -21,7 +20,7 @@ from tests.cli.short_chain import (
 from tests.command_line import MAIN, Command, Outcome, process
 from tests.oracles.json_schema import problems
 from tests.processes import names
-from tests.recordings import DURATION, FORCE, START, sine_squared, times, write_scope
+from tests.recordings import DURATION, FORCE, START, write_scope
 
 # Judge
 
@@ -68,18 +67,6 @@ def test_wrong_peaks_are_status_1_with_a_cause(hertzchain: Command, native: Outc
     assert "in units of kN" in document["cause"]
     assert problems(document, "judge.json") == []
     assert [row["contact"] for row in document["rows"]] == list(range(2, 2 + CONTACTS))
-
-
-def test_peaks_of_a_damped_scene_are_judged(hertzchain: Command, native: Outcome) -> None:
-    """Those of the elastic scene lack its damping."""
-    scene_file({"contact.damping": '"dashpot"', "contact.coefficient": "5.0"})
-    peaks_file(native)
-    outcome = hertzchain(*JUDGE, "--dt", "20 ns")
-    assert outcome.status == 1
-    said = " ".join(outcome.out.split())
-    assert "Likely cause: no damping; leaves" in said
-    assert "What velocity Verlet has at that step is not known of damped contacts." in said
-    assert "Causes that were tried in a scene with damping: " in said
 
 
 # Predict
@@ -202,13 +189,3 @@ def test_options_reach_the_pulse(hertzchain: Command, scope: Path) -> None:
     assert document["duration_s"] == pytest.approx(50e-9, abs=0.4e-9)
     assert document["baseline_N"] == pytest.approx(200)
     assert document["peak_force_N"]["value"] == pytest.approx(2000 * (4.012 - 0.1), rel=0.02)
-
-
-def test_what_makes_the_pulse_wrong_is_said(hertzchain: Command, tmp_path: Path) -> None:
-    time = times(1000)
-    cut = np.minimum(sine_squared(time), 60.0)
-    rows = "".join(f"{t!r},{f!r}\n" for t, f in zip(time.tolist(), cut.tolist(), strict=True))
-    (tmp_path / "cut.csv").write_text(f"time_s,force_N\n{rows}", encoding="utf-8")
-    done = hertzchain("pulse", tmp_path / "cut.csv")
-    assert done.status == 0
-    assert "largest force" in " ".join(done.err.split())

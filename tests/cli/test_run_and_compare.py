@@ -31,7 +31,6 @@ from tests.cli.short_chain import (
     table_file,
 )
 from tests.command_line import Command, Outcome, is_refused
-from tests.conftest import STEEL
 from tests.oracles.json_schema import problems
 from tests.places import ROOT
 from tests.processes import names
@@ -201,16 +200,6 @@ def test_compare_with_native_alone(hertzchain: Command, monkeypatch: pytest.Monk
         assert contacts == list(range(2, last + 1))
 
 
-def test_a_picture_does_not_change_the_end_of_the_runs(hertzchain: Command) -> None:
-    """By default these end after the reflection of the wave, which quick runs find."""
-    thrown, wall = hc.Chain(5, **STEEL, velocity=[-1.0, 0, 0, 0, 0]), hc.Wall("rigid")
-    hc.Scene(thrown, wall=wall, near_wall=wall).to_toml("walls.toml")
-    command = ("compare", "walls.toml", "--backend", "native", "--json")
-    alone, drawn = hertzchain(*command).json(), hertzchain(*command, "--plot", "a.svg").json()
-    for key in ("end_time_s", "peak_force_N"):
-        assert alone["results"]["native"][key] == drawn["results"]["native"][key]
-
-
 @pytest.mark.lammps
 def test_compare_prints_every_oracle_and_a_verdict(hertzchain: Command) -> None:
     scene_file()
@@ -330,16 +319,3 @@ def test_the_step_of_a_wanted_accuracy(hertzchain: Command) -> None:
     right = hc.Native(rtol=1e-9, wanted="all").run("scene.toml").peak_force
     peak_force = hc.Native("velocity-verlet", dt, wanted="all").run("scene.toml").peak_force
     assert rtol / 50 < largest_difference(peak_force, right) < rtol
-
-
-@pytest.mark.lammps
-def test_the_order_and_number_of_backends_do_not_matter(hertzchain: Command) -> None:
-    scene_file({"chain.granules": "4", "run.end_time": '"60 us"'})
-    wanted = ["--backend", "lammps", "--backend", "native", "--backend", "lammps"]
-    documents = [
-        hertzchain("compare", "scene.toml", "--json", *arguments).json()
-        for arguments in ([], ["--backend", "lammps"], wanted)
-    ]
-    assert problems(documents[0], "compare.json") == []
-    assert list(documents[0]["results"]) == ["native", "lammps"]
-    assert documents[0]["rows"] == documents[1]["rows"] == documents[2]["rows"]
