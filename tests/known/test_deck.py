@@ -313,16 +313,6 @@ def test_a_mistake_in_a_deck_fails(mistake: str, tmp_path: Path) -> None:
 EVERY_TERM = ALL["all at once"]
 
 
-@pytest.mark.parametrize("name", ["restitution", "attraction"])
-def test_contacts_pull_where_the_scene_says_so(name: str, tmp_path: Path) -> None:
-    """Where they may not, every line with damping has the limit: peaks alone hardly show it."""
-    lines = written(ALL[name], tmp_path, RTOL[name]).read_text().splitlines()
-    damped = [line for line in lines if "damping ${damping}" in line]
-    assert damped
-    is_limited = ALL[name].contact is RESTITUTION
-    assert all(("limit_damping" in line) == is_limited for line in damped)
-
-
 @pytest.mark.lammps
 def test_the_damping_for_older_lammps_is_as_much(tmp_path: Path) -> None:
     path = written(ALL["restitution"], tmp_path, RTOL["restitution"])
