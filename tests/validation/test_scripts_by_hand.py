@@ -12,14 +12,11 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.engines.lammps.isolation import Child
-from hertzchain.engines.native.plan import METHODS
-from hertzchain.errors import RunFailed
 from tests.command_line import python
 from tests.conftest import paper_scene
 from tests.places import ROOT
 from validation import bench_before, error_bounds, extremes, judging, long_run
-from validation.bench_before import Compared, Worker, by_turns, judge, slower
-from validation.benchmarks import TERMS, Measured, keep
+from validation.bench_before import Compared, by_turns, judge, slower
 
 
 def with_ratio(ratio: float) -> Compared:
@@ -95,39 +92,6 @@ def test_what_cannot_be_compared_is_one_sentence(
     assert err.count("\n") == 1
 
 
-def test_a_worker_that_has_ended_is_reported(tmp_path: Path) -> None:
-    """Its pipe is broken when it is asked."""
-    package = tmp_path / "hertzchain"
-    package.mkdir()
-    (package / "__init__.py").write_text("raise SystemExit(3)", encoding="utf-8")
-    worker = Worker(tmp_path)
-    try:
-        with pytest.raises(RunFailed, match="ended with status 3"):
-            worker.answer()
-        with pytest.raises(RunFailed, match="ended with status 3"):
-            worker.turn("demo")
-    finally:
-        worker.end()
-
-
-@pytest.mark.parametrize("codes", [("native", "LAMMPS"), ("native", "LAMMPS", "LIGGGHTS")])
-def test_figures_are_kept_with_the_machine(tmp_path: Path, codes: tuple[str, ...]) -> None:
-    measured = [Measured("A", "native, with error", 0.3, "ms"), Measured("B", "a ratio", 197.26)]
-    for name in TERMS:
-        measured += [Measured("K", f"{name}: {code} to 1e-4", 2.0, "ms") for code in codes]
-    keep(tmp_path, measured)
-    assert (
-        "cores; hertzchain" in (tmp_path / "bench.csv").read_text(encoding="utf-8").split("\n")[0]
-    )
-    table = pd.read_csv(tmp_path / "bench.csv", comment="#", keep_default_na=False)
-    assert table.iloc[1].to_list() == ["B", "a ratio", 197.3, ""]
-    assert len(table) == len(measured)
-    drawn = (tmp_path / "bench.svg").read_text(encoding="utf-8")
-    assert "Scenes with terms" in drawn
-    assert all(f"{code} to 1e-" in drawn for code in codes)
-    assert ("LIGGGHTS" in drawn) == ("LIGGGHTS" in codes)
-
-
 @pytest.fixture(scope="module")
 def table() -> pd.DataFrame:
     """The quick form on half as many scenes, by native, at shorter time limits."""
@@ -197,9 +161,6 @@ def test_safety_factors_suffice(monkeypatch: pytest.MonkeyPatch) -> None:
     }
 
 
-KEPT = Path(long_run.__file__).parent / "results" / "long_run.csv"
-
-
 @pytest.mark.slow
 def test_the_quick_form_passes_and_is_written(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
@@ -209,18 +170,6 @@ def test_the_quick_form_passes_and_is_written(
     assert "14 of 14 rows pass" in capsys.readouterr().out
     assert all(entry.passed for entry in long_run.promises(pd.read_csv(csv, comment="#")))
     assert figure.read_bytes().startswith(b"\x89PNG")
-
-
-def test_what_is_kept_is_whole_and_keeps_its_promises() -> None:
-    everyone, kept = long_run.contenders(quick=False), pd.read_csv(KEPT, comment="#")
-    for contender in everyone:
-        own = kept[kept["contender"] == contender.method]
-        assert own["granule"].tolist() == list(contender.marks)
-    assert {one.method for one in everyone} == set(METHODS)
-    rows = long_run.promises(kept)
-    assert len(rows) == 14
-    assert [entry for entry in rows if not entry.passed] == []
-    assert KEPT.with_suffix(".png").read_bytes().startswith(b"\x89PNG")
 
 
 _AS_A_SCRIPT = """
