@@ -7,7 +7,6 @@ import re
 import subprocess
 import sys
 import tempfile
-from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -17,15 +16,9 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.external.observation import Observation
-from hertzchain.engines.external.readings import Granules, stops
-from hertzchain.engines.external.rescaling import NONE
-from hertzchain.engines.liggghts import deck as liggghts_deck
-from hertzchain.errors import BackendMissing, RunFailed, StepUnstable, TooExpensive, Unpredictable
+from hertzchain.errors import BackendMissing, RunFailed, TooExpensive, Unpredictable
 from hertzchain.known import answer
 from hertzchain.observables.peaks import largest_difference
-from hertzchain.scene.schedule import Leg
-from hertzchain.scene.shocks import Ramp
 from tests.conftest import STEEL, paper_scene
 from tests.engines.external.test_same_steps import PLAIN, PULSE
 from validation import engines
@@ -85,13 +78,6 @@ def test_a_program_that_leaves_nothing(engine: Engine, tmp_path: Path) -> None:
 
 
 # Decks
-
-
-def test_the_force_of_liggghts_counts_steps() -> None:
-    rise = Leg(0.0, 2.0, 4, Ramp(0.0, 2.0, 0.0, 5.0, "linear"))
-    cut = Leg(1.0, 2.0, 4, Ramp(1.0, 5.0, 5.0, 1.0, "cosine"))  # the run ends within the ramp
-    assert liggghts_deck.force_formula(rise) == "0.0+5.0*elapsed*0.25"
-    assert liggghts_deck.force_formula(cut) == "5.0-4.0*sin(PI/2*elapsed*0.0625)^2"
 
 
 DECK_SCENE = paper_scene("cosine-triangular", 1.0, 2.0, granules=5)
@@ -234,27 +220,3 @@ def test_the_record_agrees_with_velocity_verlet_of_today(name: str) -> None:
         assert largest_difference(peaks[engine], native) <= engines.AGREED
         # And with one another as far as round-off goes, about 1e-12 at 24 scenes.
         assert largest_difference(peaks[engine], peaks["lammps"]) <= 1e-10
-
-
-@pytest.mark.parametrize(
-    ("speed", "steps", "diverges"), [(19.0, 100, False), (21.0, 100, True), (21.0, 1, True)]
-)
-def test_granules_faster_than_all_the_impulse_in_one_have_diverged(
-    speed: float, steps: int, diverges: bool
-) -> None:
-    """No granule is ever faster than the impulse over its mass; twenty times it is no rounding.
-
-    A leg may be one step.
-    """
-    scene = PULSE
-    legs, stride = scene.schedule(scene.end_time / steps), 10
-    diameter, granules = 2 * scene.chain.radius, scene.chain.granules
-    position, ones = diameter * np.arange(granules, dtype=np.float64), np.ones(granules)
-    rest = Granules(position, scene.chain.granule_mass * ones, diameter * ones)
-    readings = np.zeros((sum(len(stops(leg, stride)) for leg in legs), 3, granules))
-    readings[:, 0] = position
-    readings[-1, 1, -1] = speed * scene.impulse / scene.chain.granule_mass
-    refused = pytest.raises(StepUnstable, match="the Yade run diverged: its step is too long")
-    seen = Observation(scene, NONE, legs, None, "Yade")
-    with refused if diverges else nullcontext():
-        seen.replay(rest, readings, [stride] * len(legs))

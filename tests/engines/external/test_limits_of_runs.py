@@ -6,7 +6,6 @@ import math
 import sys
 from collections.abc import Callable
 from dataclasses import replace
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -15,12 +14,9 @@ import pytest
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.native import elastic, simulation
-from hertzchain.engines.native.as_written import RungeKutta
-from hertzchain.engines.native.plan import METHODS, SymplecticNystrom, Walker
-from hertzchain.engines.native.simulation import simulate
+from hertzchain.engines.native.plan import METHODS, SymplecticNystrom
 from hertzchain.errors import RunFailed, StepUnstable, TooExpensive, Unpredictable
 from hertzchain.limits import Deadline
-from hertzchain.observables import error_bound
 from hertzchain.observables.error_bound import stable_step
 from hertzchain.observables.peaks import largest_difference
 from tests.command_line import python
@@ -81,18 +77,6 @@ def test_steps_above_the_limit_are_refused_before_the_run(name: str) -> None:
     limit = stable_step(scene, METHODS[name].interval)
     with pytest.raises(StepUnstable, match=f"{name} is stable up to .* choose a smaller dt"):
         hc.Native(name, 1.2 * limit).run(scene)
-
-
-@pytest.mark.parametrize("name", ["velocity-verlet", "rk4"])
-def test_the_motion_diverges_above_the_limit(name: str) -> None:
-    """Contacts pressed by F0 under a long pulse; SRKN_11^b holds out a little longer."""
-    scene = paper_scene("cosine", 30.0, 6.0, granules=100)
-    walker = Walker(METHODS[name].walker.stepper)
-    step = 1.4 * stable_step(scene, METHODS[name].interval)
-    legs = scene.schedule(step)
-    run = RungeKutta(scene, Deadline(60.0)).simulate if name == "rk4" else partial(simulate, scene)
-    with pytest.raises(StepUnstable, match="diverged"):
-        run(legs, walker)
 
 
 # Time limits
@@ -214,15 +198,6 @@ def test_a_difference_that_is_small_by_chance_is_not_believed(name: str, dt: flo
     assert largest_difference(result.peak_force, true) <= result.error_estimate
 
 
-@pytest.mark.lammps
-def test_lammps_that_diverges_is_stopped(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Steps that pass for stable, but are not: no granule is faster than all the impulse in one."""
-    monkeypatch.setattr(error_bound, "refuse_unstable", lambda *_: None)
-    scene = paper_scene("cosine", 30.0, 6.0, granules=60)
-    with pytest.raises(RunFailed, match=r"diverged|too long|smaller dt"):
-        hc.Lammps(1.3 * scene.units.time).run(scene)
-
-
 @pytest.mark.skipif(sys.platform != "linux", reason="memory is bounded on Linux alone")
 def test_bounded_memory_is_half_of_what_there_is() -> None:
     """Maps are not filled, so that nothing is taken."""
@@ -237,21 +212,3 @@ def test_bounded_memory_is_half_of_what_there_is() -> None:
     )
     done = python("-c", code, check=True)
     assert "Cannot allocate memory" in done.stdout
-
-
-def test_a_pulse_table_that_pushes_late_is_not_refused_before_it_runs() -> None:
-    """While it waits nothing moves, and the wait costs next to nothing."""
-    unit = paper_scene("cosine", 1.0, 2.0).units.time
-    table = hc.PulseTable((1e6 * unit, (1e6 + 1) * unit, (1e6 + 2) * unit), (0.0, 100.0, 0.0))
-    scene = hc.Scene(hc.Chain(100_000, **STEEL), table)
-    with pytest.raises(TooExpensive, match="stopped at"):
-        hc.Native("srkn-11b", scene.units.time, peaks_only=True, time_limit=0.5).run(scene)
-
-
-def test_weak_shocks_allow_longer_steps() -> None:
-    """Softer contacts: F to the power 1/6 in the frequency."""
-    weak, strong = paper_scene("cosine", 1e-3, 2.0), paper_scene("cosine", 2.0, 2.0)
-    longer = stable_step(weak, 2.0) / weak.units.time
-    assert longer > 3 * stable_step(strong, 2.0) / strong.units.time
-    result = hc.Native("velocity-verlet", 0.1 * longer * weak.units.time).run(weak)
-    assert result.error_estimate < 0.3

@@ -138,18 +138,6 @@ def test_the_wanted_error(engine: type[ProgramEngine], rtol: float, extrapolated
         assert result.balance.dissipated == pytest.approx(lost, rel=rtol, abs=0)
 
 
-@pytest.mark.parametrize(
-    ("law", "models"),
-    [
-        ("restitution", "hertz"),
-        ("viscoelastic", "hertz/stiffness"),
-        ("dashpot, pulling", "hertz + hooke/stiffness"),
-    ],
-)
-def test_the_method_of_liggghts_names_the_models_that_run(law: str, models: str) -> None:
-    assert hc.Liggghts().method_of(DAMPED[law]) == f"velocity-verlet, gran model {models}"
-
-
 def test_laws_that_an_engine_does_not_have() -> None:
     scene = SCENES["all at once"]
     small = hc.Contact("restitution", restitution=0.05)
@@ -178,24 +166,6 @@ def test_the_damping_of_a_viscoelastic_deck() -> None:
     expected = 1.5e-6 * 4 / 3 * modulus / mass
     damping = float(text.partition("gamman peratomtypepair 1 ")[2].split()[0])
     assert damping == pytest.approx(expected, rel=1e-12)  # rounding
-
-
-def taper(granules: int) -> hc.Scene:
-    """Granules of one material, each lighter than the one before."""
-    chain = hc.Chain(granules, **{**STEEL, "radius": [4e-3 * 0.999**k for k in range(granules)]})
-    return hc.Scene(chain, hc.Striker(1.0), contact=VISCOELASTIC)
-
-
-def test_types_of_viscoelastic_contacts() -> None:
-    """A number for each pair of materials and masses, of which a deck can have so many."""
-    types, kinds = deck.types_of(replace(taper(100), wall=hc.Wall("same")))
-    assert kinds == list(range(1, 101))
-    assert len(types) == 101
-    with pytest.raises(RunFailed, match="101 pairs of material and mass are too many"):
-        deck.types_of(taper(101))
-    alike, kinds = deck.types_of(replace(taper(101), contact=RESTITUTION))
-    assert len(alike) == 1
-    assert set(kinds) == {1}
 
 
 @pytest.mark.parametrize("engine", [hc.Liggghts, hc.Yade])

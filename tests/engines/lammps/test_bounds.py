@@ -19,7 +19,6 @@ from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps.deck import leg_commands, set_up
 from hertzchain.engines.lammps.dialect import PAIR_STYLES
 from hertzchain.engines.lammps.engine import command, engine
-from hertzchain.errors import Unpredictable
 from hertzchain.observables.peaks import largest_difference
 from tests import scenes
 from tests.conftest import STEEL, paper_scene
@@ -122,23 +121,6 @@ def test_the_truth_is_that_of_another_solver() -> None:
     assert truth(GAPS).peak_force == pytest.approx(TRUE, rel=1e-8)
 
 
-def test_readings_too_rare_for_a_dashpot_say_so() -> None:
-    """Every tenth of the decay of its force, every decay, and every ten decays."""
-    stated = []
-    for decays in (0.1, 1.0, 10.0):
-        mass = GAPS.granules.mass[0]
-        every = max(1, round(decays * mass / 1000.0 / 1e-9))
-        try:
-            result = hc.Lammps(1e-9, read_every=every).run(GAPS)
-        except Unpredictable:
-            stated.append(1.0)
-            continue
-        assert largest_difference(result.peak_force, TRUE) < result.error_estimate
-        stated.append(min(result.error_estimate, 1.0))  # at 1 and above no digit is known
-    assert stated[0] < 0.01
-    assert 0.2 < stated[1] <= stated[2]
-
-
 def whole_deck(scene: hc.Scene, dt: float, pair_style: str = "granular") -> str:
     """All that the backend gives LAMMPS, and the final state in a file."""
     lines, before = [set_up(scene, pair_style)], None
@@ -206,14 +188,3 @@ def test_every_line_of_the_deck_is_needed(
             if moved < 1e-6:
                 idle.append(line)
     assert idle == [line for line in lines if line.startswith("neighbor ")]
-
-
-@pytest.mark.lammps
-def test_small_granules_have_one_neighbour_ahead(tmp_path: Path) -> None:
-    # The skin of LAMMPS in SI units, 1 mm, would give them nine more.
-    pulse = hc.Pulse("cosine", 1e-3, 2.0, momentum_ratio=1.0)
-    scene = hc.Scene(hc.Chain(20, **{**STEEL, "radius": 5e-5}), pulse)
-    log = tmp_path / "log.lammps"
-    with engine() as lammps:
-        command(lammps, f'log "{log}"\n{whole_deck(scene, scene.end_time / 100)}log none')
-    assert set(re.findall(r"Total # of neighbors = (\d+)", log.read_text())) == {"19"}

@@ -23,7 +23,6 @@ import hertzchain as hc
 from hertzchain.engines.lammps.backend import run_many
 from hertzchain.engines.lammps.isolation import Child
 from hertzchain.errors import BackendMissing, OverlapTooLarge, RunFailed, SceneError, TooExpensive
-from tests.command_line import python
 from tests.conftest import paper_scene
 from tests.engines.lammps.reading.chains import BESIDE_PYTHON, SCENE, Deck
 from tests.places import ROOT
@@ -142,16 +141,6 @@ def test_a_process_that_hangs_is_killed_at_the_time_limit() -> None:
             child.call(len, bytes(10**6), time_limit=0.5)
         assert not runs(pid)
         assert child.pid is None
-
-
-def test_what_a_process_prints_is_no_answer() -> None:
-    with Child() as child:
-        assert child.call(os.write, 1, b"LAMMPS (22 Jul 2025)\n", time_limit=LIMIT) == 21
-        assert child.call(print, "Total wall time", time_limit=LIMIT) is None
-        # Much more than a pipe holds, of what nobody waits for.
-        assert child.call(os.write, 2, b"WARNING\n" * 10**5, time_limit=LIMIT) == 8 * 10**5
-        assert child.call(len, bytes(10**7), time_limit=LIMIT) == 10**7
-        assert len(child.call(bytes, 10**7, time_limit=LIMIT)) == 10**7
 
 
 def kinds(kind: type[hc.HertzchainError]) -> list[type[hc.HertzchainError]]:
@@ -353,23 +342,6 @@ def test_a_want_of_memory_is_one_line(folder: Path, isolated: bool) -> None:
     assert err.startswith("hertzchain: there is not enough memory for LAMMPS")
     assert err.count("\n") == 1
     assert names(folder) == ["scene.toml"]
-
-
-UNLUCKY = """
-import os, pathlib
-pathlib.Path(f"/dev/shm/mpich_shm_{os.getpid():x}_0").write_bytes(bytes(SIZE))
-from hertzchain.engines.lammps.engine import look
-print(look()[1])
-"""
-
-
-@linux
-@pytest.mark.lammps
-@pytest.mark.parametrize("size", [0, 1000])
-def test_what_a_killed_process_of_the_same_number_left_does_no_harm(size: int) -> None:
-    code = UNLUCKY.replace("SIZE", str(size))  # with 0 bytes MPI would hang, with 1000 end
-    done = python("-c", code)
-    assert (done.returncode, done.stdout) == (0, "True\n"), done.stderr
 
 
 @pytest.mark.lammps

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 from typing import Any
 
@@ -11,7 +10,6 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.engines.lammps.deck import set_up
-from hertzchain.engines.lammps.dialect import asked_of_tsuji, tsuji
 from hertzchain.errors import OverlapTooLarge, RunFailed, Unpredictable
 from hertzchain.observables.peaks import largest_difference
 from hertzchain.scene.terms import ALL_TERMS, DAMPING, DampingLaw
@@ -87,14 +85,6 @@ def test_same_scheme_same_steps(number: int) -> None:
     assert len(checks) == 3  # displacement, velocity and peaks
     for check in checks:
         assert check.passed, check
-
-
-@pytest.mark.lammps
-@pytest.mark.parametrize("wall", [None, hc.Wall("rigid")], ids=str)
-def test_a_load_behind_a_free_striker(wall: hc.Wall | None) -> None:
-    scene = hc.Scene(THREE, hc.Striker(0.5), wall=wall, precompression=hc.Precompression(20.0))
-    result = hc.Lammps(dt=STEP * scene.contact_time).run(scene)
-    assert [check for check in same_steps_checks(result) if not check.passed] == []
 
 
 @pytest.mark.lammps
@@ -298,27 +288,6 @@ def test_peaks_are_as_right_as_asked(law: str, extrapolated: bool) -> None:
     assert error <= result.error_estimate <= rtol
     assert [check for check in balance_checks(result) if not check.passed] == []
     assert result.balance.dissipated > 0
-
-
-def alpha_of(restitution: float) -> float:
-    """The damping with which two spheres that may pull part with this restitution."""
-    log = math.log(restitution)
-    return -math.sqrt(5) * log / math.hypot(math.pi, log)
-
-
-@pytest.mark.parametrize("restitution", [0.15, 0.4, 0.8, 0.9])
-def test_the_polynomial_of_tsuji_is_near_the_closed_form(restitution: float) -> None:
-    # It is a fit, 0.6 % off at 0.8.
-    assert tsuji(restitution, root_2=True) == pytest.approx(alpha_of(restitution), rel=0.01)
-
-
-def test_the_number_that_tsuji_is_asked_for() -> None:
-    for restitution in (0.12, 0.3, 0.8, 0.99, 0.99999):
-        asked = asked_of_tsuji(restitution)
-        assert asked is not None
-        # Sums of numbers of up to 27 are rounded to 4e-15.
-        expected = pytest.approx(alpha_of(restitution), rel=1e-12, abs=1e-14)
-        assert tsuji(asked, root_2=False) == expected
 
 
 @pytest.mark.parametrize(

@@ -250,15 +250,6 @@ def test_momentum_and_energy_with_a_damped_piston(number: int) -> None:
     assert not balance_checks(wrong)[0].passed
 
 
-@pytest.mark.parametrize("step", [0.1, 0.01, 1e-4])
-def test_the_error_estimate_is_the_error(step: float) -> None:
-    """It is the difference to accurate peaks, and what these may be off by, 1e-9 or a tenth."""
-    scene = hc.Scene(hc.Chain(8, **STEEL), PULSE, contact=LAWS["restitution"])
-    result = hc.Native("velocity-verlet", step * scene.contact_time).run(scene)
-    error = largest_difference(result.peak_force, hc.Native(rtol=1e-9).run(scene).peak_force)
-    assert error - 1e-9 < result.error_estimate < 1.1 * error + 2e-9
-
-
 def test_a_similar_scene_of_each_law() -> None:
     """The force does not change, velocities grow with times: see ``Softening``."""
     for law in LAWS.values():
@@ -284,17 +275,6 @@ def test_a_force_that_jumps_as_a_contact_begins(gap: float) -> None:
     # It has the speed of the flight then, wherever within a step the contact begins.
     assert result.peak_force[0] == pytest.approx(150.0, rel=1e-12, abs=0)
     assert result.peak_time[0] == pytest.approx(gap / 0.5, rel=1e-12, abs=0)
-
-
-def test_a_history_has_the_forces_of_the_law() -> None:
-    scene = hc.Scene(TWO, hc.Striker(1.0), contact=LAWS["restitution"])
-    time = np.linspace(0, 3.0 * scene.units.time, 50)
-    scene = replace(scene, run=hc.Run(float(time[-1])))
-    method = hc.Native("velocity-verlet", 0.001 * scene.contact_time)
-    history, exact = (each.run(scene, record=time).history for each in (method, hc.Native()))
-    largest = np.max(exact.contact_force)
-    # First order; a step of 0.001 leaves as much of the peak.
-    assert np.max(np.abs(history.contact_force - exact.contact_force)) < 1e-3 * largest
 
 
 @pytest.mark.parametrize("law", LAWS)

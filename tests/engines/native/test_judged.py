@@ -252,14 +252,6 @@ def test_runs_are_as_accurate_as_they_say(name: str, method: str) -> None:
 SHORT = hc.Scene(hc.Chain(5, **STEEL), hc.Pulse("cosine", 100.0, 2.0, momentum_ratio=1.0))
 
 
-def test_a_given_step_and_a_wanted_accuracy() -> None:
-    true = hc.Native("reference").run(SHORT)
-    by_step = hc.Native("rk4", dt=0.02 * SHORT.units.time).run(SHORT)
-    assert by_step.dt <= 0.02 * SHORT.units.time
-    for run in (by_step, hc.Native("scipy", rtol=1e-4).run(SHORT)):
-        assert largest_difference(run.peak_force, true.peak_force) <= run.error_estimate < 1e-4
-
-
 @pytest.mark.parametrize("contact", [None, hc.Contact("restitution", restitution=0.8)])
 def test_the_tolerance_of_the_check_on_both_sides(contact: hc.Contact | None) -> None:
     reference = hc.Native("reference").run(replace(SHORT, contact=contact))

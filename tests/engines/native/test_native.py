@@ -75,24 +75,6 @@ def slope(steps: list[float], errors: list[float]) -> float:
     return float(np.polyfit(np.log(steps), np.log(errors), 1)[0])
 
 
-def test_velocity_verlet_peaks_are_second_order(demo: hc.Scene, demo_reference: hc.Result) -> None:
-    steps = [0.08, 0.04, 0.02, 0.01]
-    expected = demo_reference.peak_force / demo.units.force
-    walker = METHODS["velocity-verlet"].walker
-    errors = [largest_difference(natural_peaks(demo, step, walker), expected) for step in steps]
-    # 2.00 for small steps; the fourth-order term adds some at 0.08.
-    assert slope(steps, errors) == pytest.approx(2.0, abs=0.02)
-
-
-def test_without_refinement_opening_contacts_spoil_the_reference() -> None:
-    scene = paper_scene("cosine", 0.5, 6.0)
-    true = natural_peaks(scene, 0.05)
-    plain = largest_difference(natural_peaks(scene, 0.05, Walker(SRKN_11B)), true)
-    refined = largest_difference(natural_peaks(scene, 0.1), true)
-    assert plain > 1e-9  # measured 1.1e-8
-    assert refined < 1e-11  # measured 6e-12, at twice the step
-
-
 def test_the_far_field_wave_has_the_exact_speed() -> None:
     scene = paper_scene("cosine", 0.5, 6.0, granules=400)
     legs = scene.schedule(METHODS["reference"].step * scene.units.time)
@@ -178,17 +160,6 @@ def test_compiled_vs_numpy(scene: hc.Scene, walker: Walker) -> None:
     ]
     for measured, expected, errors in pairs:
         assert measured == pytest.approx(expected, rel=0, abs=errors * eps)
-
-
-@pytest.mark.parametrize("stepper", [SRKN_11B, VELOCITY_VERLET], ids=["srkn-11b", "verlet"])
-@pytest.mark.parametrize("window", [True, False])
-def test_start_displacements_vs_numpy(demo: hc.Scene, stepper: Stepper, window: bool) -> None:
-    legs = demo.schedule(0.1 * demo.units.time)
-    start = np.random.default_rng(1).uniform(-1e-3, 1e-3, (2, demo.chain.granules))
-    ours = simulate(demo, legs, Walker(stepper), start=start, window=window)
-    plain = simulate_in_numpy(demo, legs, Walker(stepper), start=start)
-    assert ours.peaks.force == pytest.approx(plain.peaks.force, rel=1e-11, abs=0)
-    assert ours.velocity == pytest.approx(plain.velocity, rel=0, abs=1e-11)
 
 
 @pytest.mark.parametrize(

@@ -69,18 +69,6 @@ def test_less_accuracy_costs_less(demo: hc.Scene) -> None:
     assert costs[-1] > 5 * costs[0]
 
 
-def test_peaks_alone_are_the_same_peaks(demo: hc.Scene) -> None:
-    whole, peaks = hc.Native(rtol=1e-8).run(demo), hc.Native(rtol=1e-8, peaks_only=True).run(demo)
-    assert np.array_equal(whole.peak_force, peaks.peak_force)
-    assert np.array_equal(whole.peak_time, peaks.peak_time)
-    assert whole.transition_granules == peaks.transition_granules
-    assert np.all(np.isnan(peaks.displacement))
-    # Of what was left behind too; the end of the run is another, which only rounding shows.
-    assert peaks.balance.momentum == pytest.approx(whole.balance.momentum, rel=1e-12, abs=0)
-    assert peaks.balance.energy == pytest.approx(whole.balance.energy, rel=1e-8, abs=0)
-    assert peaks.steps < whole.steps
-
-
 TWICE = hc.PulseTable((0.0, 1e-5, 2e-5, 2e-4, 2.1e-4, 2.2e-4), (0.0, 10.0, 0.0, 0.0, 100.0, 0.0))
 CUT_SHORT = paper_scene("cosine", 3.0, 3.0, granules=20)
 CUT_SHORT = replace(CUT_SHORT, run=hc.Run(CUT_SHORT.ramps[0].end * 1.5))

@@ -17,7 +17,6 @@ import hertzchain as hc
 from hertzchain.engines.native.damped_runs import integrate_damped
 from hertzchain.engines.native.equations import Chain
 from hertzchain.observables.peaks import largest_difference
-from hertzchain.scene.scene import refuse_hopeless_overlap
 from tests.conftest import STEEL
 from tests.oracles import extrapolation
 from tests.oracles.scene_in_si import numbers_of_chain
@@ -151,12 +150,6 @@ def test_a_run_that_ends_too_early_says_so() -> None:
     assert "the wall" in warning
 
 
-def test_a_load_that_presses_too_deep_is_refused_before_a_run() -> None:
-    scene = hc.Scene(UNIFORM, PULSE, precompression=hc.Precompression(1e9))
-    with pytest.raises(hc.HertzchainError, match="radii, above 1"):
-        refuse_hopeless_overlap(scene)
-
-
 @pytest.mark.parametrize("strength", [1e-3, 1e-4])
 @pytest.mark.parametrize("above", [0.6, 1.2])
 def test_a_weak_sine_is_that_of_the_linear_chain(strength: float, above: float) -> None:
@@ -235,14 +228,6 @@ def slow_dimer(gap: float, speed: float, damper: float, attraction: bool) -> hc.
 def test_slow_granules_that_touch_again_and_again(attraction: bool, rtol: float) -> None:
     scene = replace(slow_dimer(1.0878e-8, 1.3538e-4, 0.0597, attraction), run=hc.Run(5.79e-3))
     assert hc.Native(rtol=rtol).run(scene).steps < MANY
-
-
-@pytest.mark.parametrize(("gap", "speed", "damper"), [(1e-6, 7.4e-5, 48.0), (4.4e-7, 4.2e-5, 54.0)])
-def test_contacts_that_open_by_less_than_displacements_resolve(
-    gap: float, speed: float, damper: float
-) -> None:
-    """No mode is right for such a contact; a run that looks for one does not advance."""
-    assert hc.Native(rtol=1e-9).run(slow_dimer(gap, speed, damper, attraction=False)).steps < MANY
 
 
 FLIGHTS = {

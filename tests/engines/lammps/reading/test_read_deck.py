@@ -5,14 +5,11 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from pathlib import Path
-from types import SimpleNamespace
-from typing import Any, cast
 
 import numpy as np
 import pytest
 
 import hertzchain as hc
-from hertzchain.engines.lammps.reading import reading as assembling
 from hertzchain.engines.lammps.reading.contents import FoundDeck
 from tests.engines.lammps.reading.chains import BESIDE_PYTHON, SCENE, STEP, Deck, read_deck
 from tests.engines.lammps.test_bounds import whole_deck
@@ -261,12 +258,6 @@ def test_the_shock_may_be_at_either_end(more: str, is_reversed: bool, tmp_path: 
         assert wall.position == pytest.approx(place, rel=1e-9)
 
 
-def test_a_single_granule_has_no_peaks(tmp_path: Path) -> None:
-    """A region of a forgotten ``units box`` makes one."""
-    deck = read_deck(Deck(granules=1, steps=20).write(tmp_path), SCENE)
-    assert (deck.mass.size, deck.peak_force.size, deck.stopped) == (1, 0, "")
-
-
 def test_random_forces_are_no_shock_of_a_striker(tmp_path: Path) -> None:
     """By their signs alone the chain would begin at the wall."""
     struck = hc.Scene(SCENE.chain, hc.Striker(0.3), hc.Run(1e-4), wall=hc.Wall("rigid"))
@@ -274,18 +265,3 @@ def test_random_forces_are_no_shock_of_a_striker(tmp_path: Path) -> None:
     heat = "fix heat all langevin 300 300 1e-3 9\n"
     text = f"{wall}velocity hit set 0.3 0 0\n{heat}"
     assert not read_deck(Deck(more=text, steps=20).write(tmp_path), struck).reversed
-
-
-def test_a_shock_in_the_far_half_may_have_the_wrong_sign(tmp_path: Path) -> None:
-    local = replace(SCENE, shock=hc.Pulse("cosine", 20.0, 2.0, rise_time=2e-5, granule=5))
-    text = f"{NO_PUSH}group late id 5\nfix push late addforce -1 0 0 every 2"
-    assert not read_deck(Deck(more=text, steps=20).write(tmp_path), local).reversed
-
-
-@pytest.mark.parametrize(("periodic", "gap"), [(True, 3.0 - 0.6 - 0.3), (False, None)])
-def test_the_gap_between_the_ends_through_a_boundary(periodic: bool, gap: float | None) -> None:
-    place, box = np.array([[0.3, 5.0], [0.6, 5.0], [0.9, 5.0]]), np.array([[-1.0, 0.0], [2.0, 7.0]])
-    granules = SimpleNamespace(periodic=[periodic, True], low=box[0], high=box[1], position=place,
-                               radius=np.array([0.1, 0.3, 0.2]))  # fmt: skip
-    probes = cast(Any, SimpleNamespace(granules=granules))
-    assert assembling._image_gap(probes) == (gap and pytest.approx(gap))

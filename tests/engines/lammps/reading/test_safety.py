@@ -6,7 +6,6 @@ import os
 import re
 from dataclasses import fields, replace
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -68,17 +67,6 @@ def test_what_goes_wrong_is_one_sentence(what: str, tmp_path: Path) -> None:
     assert "Traceback" not in str(caught.value)
     assert children(os.getpid()) == before
     assert [path.name for path in tmp_path.iterdir()] == ["in.mine"]
-
-
-def test_a_disk_that_gets_full_is_the_reason(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """LAMMPS names files of ours, or says something else, where it cannot write."""
-    free = iter((1e9, 0.0))
-    monkeypatch.setattr("shutil.disk_usage", lambda _: SimpleNamespace(free=next(free)))
-    deck = Deck(more="units real").write(tmp_path)
-    with pytest.raises(RunFailed, match=r"needs room .*No space left.*TMPDIR"):
-        read_deck(deck, SCENE)
 
 
 GIVEN = """
@@ -149,19 +137,6 @@ def test_what_lammps_is_given(line: str, tmp_path: Path) -> None:
     new_words, why = rules.decide(words)
     assert command_of(new_words or []) == given.strip()
     assert new_words is None or (why is None) == (new_words == words or "there" in command)
-
-
-def test_a_fix_that_was_left_out_is_not_changed() -> None:
-    rules = Rules(())
-    for command, is_given in (
-        ("fix p all print 1 x", False),
-        ("fix_modify p energy yes", False),
-        ("unfix p", False),
-        ("fix p all nve", True),
-        ("unfix p", True),
-    ):
-        new_words, why = rules.decide(command.split())
-        assert (new_words == command.split(), why is None) == (is_given, is_given)
 
 
 EXACT = ("ids", "types", "position", "sideways", "radius", "mass", "velocity", "spin", "integrated")
