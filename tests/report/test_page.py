@@ -162,28 +162,6 @@ def test_forces_of_all_engines_have_their_exact_peaks(compared: hc.Comparison) -
     assert max(axes.get_xlim()) < compared.native.scene.end_time  # nothing moves at the end
 
 
-def test_without_times_no_forces_are_drawn(compared: hc.Comparison) -> None:
-    results = {name: replace(result, history=None) for name, result in compared.results.items()}
-    still = replace(compared, results=results)
-    assert set(panels(still)) == {"peak force", "relative difference"}
-
-
-@pytest.mark.usefixtures("_no_pictures")
-def test_a_missing_backend_is_said_plainly(compared: hc.Comparison) -> None:
-    native = {"native": compared.native}
-    checks = (*compared.checks, ABSENT)
-    read = Reader(comparison_page(replace(compared, results=native, checks=checks, missing=True)))
-    assert "✗ FAIL" in read.text
-    assert ABSENT.reason in read.text
-    assert "LAMMPS: not run" in read.text
-    rows = read.table("Peak force of each contact")[1:]
-    assert [cells[2] for cells in rows] == [""] * 11
-    read = Reader(comparison_page(replace(compared, results=native, wanted=("native",))))
-    assert "✓ PASS" in read.text
-    assert "no other simulation was compared" in read.text
-    assert read.table("Peak force of each contact")[0][:3] == ["contact", "native [N]", "Eq. 6 [N]"]
-
-
 @pytest.mark.usefixtures("_no_pictures")
 def test_a_scene_can_be_copied_and_run(compared: hc.Comparison, tmp_path: Path) -> None:
     pulse = hc.PulseTable((0.0, 2e-5, 6e-5), (0.0, 100.0, 0.0), "<b>.csv")
@@ -197,17 +175,6 @@ def test_a_scene_can_be_copied_and_run(compared: hc.Comparison, tmp_path: Path) 
         read = Reader(page)
         assert ("Eqs. 3 to 9 are about Table 1's" in read.text) == (scene.shock is pulse)
         assert "no motion was recorded" not in read.text
-
-
-@pytest.mark.usefixtures("_no_pictures")
-def test_contacts_that_are_never_pressed(compared: hc.Comparison) -> None:
-    scene = replace(compared.scene, run=hc.Run(2e-5))
-    comparison = hc.compare(scene, ["native"], record=plot_times(scene))
-    assert np.isnan(comparison.native.peak_time).any()
-    read = Reader(comparison_page(with_lammps(comparison, 1e-6)))
-    last = read.table("Peak force of each contact")[-1]
-    assert (last[0], float(last[1]), last[5]) == ("12", 0.0, "")
-    assert "none ends here" in read.table("What each of them")[1]
 
 
 def test_a_long_chain_shows_the_transition_first() -> None:
