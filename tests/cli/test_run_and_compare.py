@@ -167,7 +167,6 @@ def test_all_files_of_one_run(hertzchain: Command) -> None:
     assert frame["time_s"].unique().tolist() == times.tolist()
     page = Path("run.html").read_text("utf-8")
     assert f"<title>{describe(Scene.from_toml(SCENE))}</title>" in page  # there is no verdict
-    assert page.count("<svg") == 2
     assert embedded(page)["peak_force_N"] == done.json()["peak_force_N"]
     assert len(page) < 500_000
     done = hertzchain("run", SCENE, "-o", "peaks.csv")

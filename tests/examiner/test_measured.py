@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import hertzchain as hc
-from hertzchain.engines.lammps.reading.contents import Executed, FoundDeck, FoundRun
+from hertzchain.engines.lammps.reading.contents import FoundDeck, FoundRun
 from hertzchain.examiner import measured, probes
 from hertzchain.examiner.examined import Case
 from hertzchain.examiner.examining import case_of
@@ -77,29 +77,6 @@ def test_a_shock_begins_with_the_run_that_fits(
     # One of another shape begins at the nearest run.
     begun = measured.start_of_shock(changed(deck, applied_force=force**2 / 100), scene)
     assert begun == min(start, 200 * STEP)
-
-
-@pytest.mark.parametrize(
-    ("name", "command", "begin"), [("wall", "velocity", 4e-5), ("wall", "print", 0.0)]
-)
-def test_a_shock_without_force_begins_after_its_velocity(
-    name: str, command: str, begin: float
-) -> None:
-    scene = scene_of(name)
-    deck = two_runs(deck_of(name, scene), 200 * STEP)
-    later = Executed(f"{command} first set 0.5 0 0", "in.made", 12, "")
-    commands = (*(c for c in deck.commands if "velocity" not in c.text[:9]), later)
-    deck = changed(deck, commands=commands)
-    assert measured.start_of_shock(deck, scene) == 0.0  # granules move at the start already
-    still = changed(deck, velocity=0 * deck.velocity)
-    assert measured.start_of_shock(still, scene) == pytest.approx(begin)
-
-
-def test_a_piston_begins_to_move() -> None:
-    scene = scene_of("piston")
-    deck = deck_of("piston", scene)
-    late = changed(deck, driven_time=deck.driven_time + 3e-5)
-    assert measured.start_of_shock(late, scene) == 3e-5
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-import hertzchain as hc
 from hertzchain.engines.lammps.reading.contents import UNITS
 from hertzchain.examiner import correct
 from hertzchain.examiner.examined import Case
@@ -121,32 +120,3 @@ def test_commands_of_a_scene(row: int) -> None:
     lines = commands(example_of())
     assert (lines is None) == (expected is None)
     assert_alike(lines or [], expected or [])
-
-
-@pytest.mark.parametrize(
-    ("contact", "version", "number", "words"),
-    [
-        (hc.Contact("restitution", restitution=0.9), "20220804", "0.9",
-         " damping coeff_restitution limit_damping"),
-        (hc.Contact("restitution", restitution=0.9), "20220803", "0.9",
-         " damping coeff_restitution"),
-        (hc.Contact("restitution", restitution=0.9, attraction=True), "20250722", "0.9",
-         " damping coeff_restitution"),
-        (hc.Contact("dashpot", coefficient=0.25), "20250722", "250",
-         " damping velocity limit_damping"),
-    ],
-)  # fmt: skip
-@pytest.mark.parametrize("of_wall", [False, True])
-def test_words_of_damping(
-    contact: hc.Contact, version: str, number: str, words: str, of_wall: bool
-) -> None:
-    """In cgs: a dashpot of 1 kg/s is one of 1000 g/s, and of 1e9 pg/us. A wall may have another."""
-    example = case("wall", "cgs")
-    wall = hc.Wall("rigid", **{f"{contact.damping}".replace("dashpot", "coefficient"): 0.5})
-    scene = replace(example.scene, contact=contact, wall=wall)
-    number = {"0.9": "0.5", "250": "500"}[number] if of_wall else number
-    k = scene.granules.mass.size - 1 if of_wall else 3
-    example = replace(example, scene=scene)
-    assert correct.damping_words(example, k, version) == (number, words)
-    small, _ = correct.damping_words(replace(example, units=UNITS["micro"]), k, version)
-    assert float(small) == float(number) * (1 if contact.restitution else 1e6)

@@ -108,7 +108,7 @@ def test_the_highest_of_several_bumps_wins(order: tuple[int, ...]) -> None:
     assert watch.time == pytest.approx(peak_time[best, [0, 1]], rel=0, abs=1e-12)
 
 
-@pytest.mark.parametrize("split", range(1, 39))
+@pytest.mark.parametrize("split", [1, 10, 20, 38])
 def test_blocks_vs_one_block(split: int) -> None:
     """Wherever the samples are cut, in the middle of a bump too; blocks share their ends."""
     overlap = bumps(np.array([[1.0, 0.5, 0.8]]), np.array([[1.02, 2.03, 2.9]]), 0.1)

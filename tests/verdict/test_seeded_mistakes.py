@@ -3,22 +3,17 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Callable
 from dataclasses import replace
-from types import ModuleType
-from typing import Any
 
 import pytest
 
 import hertzchain as hc
-from hertzchain import theory
 from hertzchain.engines.lammps import deck
 from hertzchain.engines.lammps.engine import command, engine
 from hertzchain.errors import RunFailed
 from hertzchain.verdict.check import Check
 from hertzchain.verdict.generated_deck import number_checks
 from tests.conftest import paper_scene
-from validation import mistakes, table3, table4
 from validation.mistakes import APPLIED, MISTAKES, compared, small_scene
 from validation.mistakes_with_terms import (
     CONSTANT,
@@ -28,9 +23,6 @@ from validation.mistakes_with_terms import (
     WALL,
 )
 from validation.planting import POSITION, STIFFNESS, Mistake, Plant, in_set_up
-from validation.readings import EXPONENTS
-from validation.rows import Row
-from validation.script import Script
 
 EXAMINATION = {
     "lammps: number of granules",
@@ -100,41 +92,6 @@ def test_without_a_mistake_nothing_is_caught() -> None:
 
 
 # Mistakes outside of decks
-
-
-@pytest.mark.parametrize(
-    ("profile", "change"),
-    [
-        ("cosine", mistakes.first_corner_late),
-        ("triangular", mistakes.without_corners),
-        ("cosine-triangular", mistakes.first_corner_late),
-    ],
-)
-def test_native_alone_sees_wrong_corners(profile: str, change: Callable[..., Any]) -> None:
-    with mistakes.other_legs(change):
-        comparison = hc.compare(paper_scene(profile, 2.0, 2.5, granules=6), ["native"])
-    assert "native: momentum [N s]" in failed(comparison.checks)
-
-
-@pytest.mark.parametrize("script", [table3, table4], ids=lambda script: script.__name__)
-def test_eq6_as_printed_fails_the_tables(
-    script: ModuleType, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """It is wrong by 20 percentage points or more in every scene, where 0.2 are allowed."""
-
-    def rows() -> list[Row]:
-        of_table: Script = script.SCRIPT
-        return of_table.promises(of_table.measure(True, False))
-
-    assert all(entry.passed for entry in rows())
-    printed = EXPONENTS["printed: 15 (i - p) / (8 sqrt(n p))"]
-    monkeypatch.setattr(theory, "peak_force", printed)
-    entries = rows()
-    names = {entry.what.partition(",")[0] for entry in entries if ", F_" in entry.what}
-    assert len(names) == 3
-    for name in names:
-        off = [abs(e.measured - e.expected) for e in entries if f"{name}, F_" in e.what]
-        assert max(off) > 20
 
 
 # The number of granules

@@ -274,23 +274,6 @@ def test_a_signal_that_goes_down(measured: pd.DataFrame) -> None:
     assert hc.judge_traces(SCENE, traces, columns={"gauge_6": "gauge_6_N [-1 N]"})
 
 
-def test_units_and_order_of_columns(measured: pd.DataFrame, tmp_path: Path) -> None:
-    """Of tables and files: kilonewtons and microseconds by their names, times in any column."""
-    table = pd.DataFrame(
-        {
-            "number": np.arange(len(measured)),
-            "gauge_6_kN": measured["gauge_6_N"] / 1e3,
-            "time_us": 1e6 * measured["time_s"],
-        }
-    )
-    table.to_csv(tmp_path / "traces.csv", index=False)
-    for given in (table, tmp_path / "traces.csv"):
-        assert hc.judge_traces(SCENE, given, tolerance=1e-3)
-    backwards = hc.judge_traces(SCENE, measured[measured.columns[::-1]])
-    names = [check.name for check in hc.judge_traces(SCENE, measured).checks]
-    assert {check.name for check in backwards.checks} == set(names)
-
-
 @pytest.mark.parametrize(
     ("content", "words"),
     [
