@@ -23,8 +23,10 @@ from hertzchain.known.answer import deck_step, known_answer, lay_out, looked_at
 from hertzchain.known.deck import KnownAnswer, deck
 from hertzchain.observables.peaks import largest_difference
 from tests.conftest import STEEL, paper_scene
-from tests.engines.native.test_terms import DIMER, PULSE, SCENES
 from tests.oracles.sampled_maxima import sampled_maxima
+from tests.scenes import DIMER, PULSE, RESTITUTION, RIGID, VISCOELASTIC
+from tests.scenes import EIGHT as CHAIN
+from tests.scenes import TERMS as SCENES
 from validation.gallery import FOLDER, GALLERY, Entry
 
 NUMBER = re.compile(r"(?<![\w.])\d+\.?\d*(?:e[-+]?\d+)?(?![\w.])")
@@ -170,10 +172,7 @@ def test_what_is_never_pressed_has_no_answer() -> None:
 
 # Scenes of every kind
 
-CHAIN = hc.Chain(8, **STEEL)
-RESTITUTION = hc.Contact("restitution", restitution=0.8)
-VISCOELASTIC = hc.Contact("viscoelastic", relaxation_time=1e-6)
-LOAD, RIGID = hc.Precompression(10.0), hc.Wall("rigid")
+LOAD = hc.Precompression(10.0)
 
 TABLE = hc.PulseTable((0.0, 2e-5, 5e-5), (40.0, 100.0, 30.0))
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from types import SimpleNamespace
 from typing import cast
 
@@ -25,9 +25,7 @@ from hertzchain.observables.contact_errors import ContactErrors
 from hertzchain.observables.error_bound import (
     SAFETIES,
     Safety,
-    SecondRun,
     coarser_run,
-    finer_run,
     refuse_meaningless,
     step_for,
 )
@@ -50,39 +48,6 @@ def legs_of(*steps: int) -> tuple[Leg, ...]:
 def error(legs: Sequence[Leg], weights: Sequence[float]) -> float:
     """A second-order error: a sum over the legs of C h^2."""
     return sum(c * leg.dt**2 for c, leg in zip(weights, legs, strict=True))
-
-
-def coarser(legs: Sequence[Leg]) -> SecondRun:
-    return coarser_run(legs, math.inf)
-
-
-@pytest.mark.parametrize(
-    ("second", "steps", "other", "weight"),
-    [
-        # Two thirds of the steps, of many; or thrice as many.
-        (coarser, (9,), (6,), 1 / ((3 / 2) ** 2 - 1)),
-        (coarser, (9, 300), (6, 200), 1 / ((3 / 2) ** 2 - 1)),
-        (coarser, (7,), (4,), 1 / ((7 / 4) ** 2 - 1)),
-        (coarser, (4,), (2,), 1 / 3),
-        (coarser, (3, 100), (2, 66), 1 / ((3 / 2) ** 2 - 1)),
-        (coarser, (1, 7, 2), (3, 21, 6), 9 / 8),
-        # A quarter more, and one more at least.
-        (finer_run, (8,), (10,), 1 / (1 - (4 / 5) ** 2)),
-        (finer_run, (9,), (11,), 1 / (1 - (9 / 11) ** 2)),
-        (finer_run, (1,), (2,), 4 / 3),
-        (finer_run, (100, 3, 8), (125, 4, 10), 1 / (1 - (4 / 5) ** 2)),
-        (finer_run, (7, 80), (8, 100), 1 / (1 - (7 / 8) ** 2)),
-    ],
-)
-def test_steps_of_the_second_run(
-    second: Callable[[Sequence[Leg]], SecondRun],
-    steps: tuple[int, ...],
-    other: tuple[int, ...],
-    weight: float,
-) -> None:
-    run = second(legs_of(*steps))
-    assert tuple(leg.steps for leg in run.legs) == other
-    assert run.weight == pytest.approx(weight, rel=1e-15, abs=0)
 
 
 @given(st.lists(st.tuples(st.integers(1, 1000), st.floats(1e-3, 1.0)), min_size=1, max_size=6))

@@ -182,15 +182,6 @@ def test_a_wave_that_has_not_settled_says_so() -> None:
     )
 
 
-def test_a_contact_never_pressed_has_no_time(native: hc.Comparison) -> None:
-    force, time = native.native.peak_force.copy(), native.native.peak_time.copy()
-    force[1], time[1] = 0.0, np.nan
-    result = replace(native.native, peak_force=force, peak_time=time)
-    text = run_text(result)
-    assert rows_of(text)[1] == ["3", "0.00000000"]
-    assert "nan" not in text
-
-
 def test_a_check_that_fails_says_by_how_much_and_why(native: hc.Comparison) -> None:
     comparison = replace(native, checks=(replace(WELL, remark="by little"), ODD))
     text = text_of(of_comparison(comparison))
@@ -316,12 +307,3 @@ def test_a_prediction_shows_the_transition_and_both_equations(demo: hc.Scene) ->
     assert line_of(text, "error, at most") == "peaks 1%, far field 1e-05"
     assert line_of(text, "speed, V_SW").endswith("m/s: exact is closer")
     assert line_of(text, "V_SW, 7/10").split() == ["0.700000", "0.688673", "+1.64%"]
-
-
-def test_a_prediction_without_p_shows_peaks_and_why() -> None:
-    text = prediction_text(theory.predict(paper_scene("cosine", 4.0, 5.0, granules=13)))
-    assert [len(row) for row in rows_of(text)] == [2] * 10
-    assert line_of(text, "transition, p") == "none ends here"
-    assert "F_SW" not in text.replace("no p, no F_SW.", "")
-    assert "The transition does not end within this chain" in text
-    assert "The paper's tables have LM_ratio 0.3 to 2.5 and n 2 to 10." in text

@@ -174,24 +174,6 @@ def test_first_pulses_are_drawn_where_they_were_asked_for() -> None:
     assert axes.get_ylabel() == "peak force [N]"
 
 
-def test_a_small_wave_on_a_static_load_fills_the_panels() -> None:
-    chain = hc.Chain(12, radius=4.75e-3, young_modulus=193e9, poisson_ratio=0.3, density=7958.0)
-    pulse = hc.Pulse("cosine", 2.0, 2.0, momentum_ratio=1.0)
-    scene = hc.Scene(chain, pulse, precompression=hc.Precompression(force=20.0))
-    result = hc.Native(rtol=1e-4).run(scene, 200)
-    peaks, forces, *_ = figure_of(of_result(result)).axes
-    (static,) = (line for line in peaks.lines if line.get_label() == "static force")
-    assert np.asarray(static.get_ydata()) == pytest.approx(20.0)
-    for axes in (peaks, forces):
-        low, high = axes.get_ylim()
-        drawn = np.concatenate([np.asarray(line.get_ydata(), float) for line in axes.lines])
-        span = drawn.max() - drawn.min()
-        assert 10 < low < drawn.min() - 0.05 * span
-        assert high > drawn.max() + 0.05 * span
-    (applied,) = (line for line in forces.lines if line.get_label() == "applied and static force")
-    assert np.array_equal(applied.get_ydata(), scene.applied_force(result.history.time) + 20)
-
-
 # Several results: lines are their numbers, bands their errors
 
 
@@ -219,13 +201,6 @@ def edges_of(band: Any) -> list[list[float]]:
 def is_band(band: Any, result: hc.Result) -> None:
     edges = [result.peak_force * (1 + sign * result.peak_errors) for sign in (-1, 1)]
     np.testing.assert_allclose(edges_of(band), edges, rtol=1e-14)
-
-
-def test_an_axis_of_forces_has_room_for_all() -> None:
-    all_ends = {(0, 100): (0, 108), (50, 100): (0, 108), (60, 100): (56.8, 103.2),
-                (100, 100): (92, 108), (0, 0): (0, 1)}  # fmt: skip
-    for forces, ends in all_ends.items():
-        assert force_limits(*forces) == pytest.approx(ends)
 
 
 def test_peaks_have_bands_of_their_error_or_about_their_median(runs: list[hc.Result]) -> None:
@@ -286,18 +261,3 @@ def test_what_cannot_be_drawn_is_refused(runs: list[hc.Result]) -> None:
             hc.HertzchainError, match=r"must be (2 values, each|a width and a height)"
         ):
             runs[0].plot(size)  # type: ignore[arg-type]
-
-
-def test_results_of_other_chains_and_ends(runs: list[hc.Result]) -> None:
-    """Default contacts are there in all; a band ends where the first of its results does."""
-    other = replace(SCENE, chain=replace(SCENE.chain, granules=8), gauges=())
-    short = hc.Native(rtol=1e-4).run(other, record=300)
-    for axes in axes_of({"long": runs[0], "short": short}, "forces"):
-        assert len(axes.lines) == 2
-        assert int(axes.get_ylabel().split()[1]) <= 8
-    with pytest.raises(hc.HertzchainError, match="must have chains of one length"):
-        axes_of({"a": [runs[0], short]})
-    half = np.linspace(0, runs[0].history.time[-1] / 2, 150)
-    ended = hc.Native(rtol=1e-4).run(SCENE, record=half)
-    (axes,) = axes_of({"both": [runs[0], ended]}, "forces", [5])
-    assert max(axes.lines[0].get_xdata()) <= half[-1]

@@ -150,24 +150,6 @@ assert theory.peak_map.table.cache_info().currsize == 1
     assert not {"scipy", "numba"} & modules_after(code)
 
 
-def test_a_kink_widens_the_error(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A growth that begins between two nodes has an error within the map's estimate."""
-    ratios, durations = peak_map.grid()
-    x = np.log(ratios)[:, None, None] + 0 * durations[None, :, None]
-    spacing = float(x[1, 0, 0] - x[0, 0, 0])
-    contact = np.arange(80)
-    for part in (0.0, 0.25, 0.5, 0.9):
-        corner = x[200, 0, 0] + part * spacing
-        grid = contact * np.maximum(0.0, x - corner)
-        monkeypatch.setattr(peak_map, "table", lambda _, grid=grid: grid)
-        for at in np.linspace(-0.5, 1.5, 21):
-            ln_ratio = x[200, 0, 0] + at * spacing
-            mapped = peak_map.peaks("cosine", float(np.exp(ln_ratio)), 5.0)
-            exact = np.exp(contact[:-1] * max(0.0, ln_ratio - corner))
-            off = np.abs(changes(mapped.peak_force) - changes(exact))
-            assert np.all(off < mapped.change_error)
-
-
 @pytest.mark.parametrize(
     ("ratio", "n"),
     [(0.0999, 5.0), (10.01, 5.0), (1.0, 1.99), (1.0, 50.1)],

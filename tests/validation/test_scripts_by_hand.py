@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -15,7 +14,7 @@ from hertzchain.engines.lammps.isolation import Child
 from tests.command_line import python
 from tests.conftest import paper_scene
 from tests.places import ROOT
-from validation import bench_before, error_bounds, extremes, judging, long_run
+from validation import error_bounds, extremes, judging, long_run
 from validation.bench_before import Compared, by_turns, judge, slower
 
 
@@ -56,40 +55,6 @@ def test_both_take_turns_and_the_ratio_is_the_median_of_turns() -> None:
     # A load that slows two turns, in both trees alike.
     compared = Compared.of([(1.0, 1.2), (5.0, 6.0), (10.0, 9.0)])
     assert (compared.old, compared.new, compared.ratio) == (5.0, 6.0, 1.2)
-
-
-@pytest.mark.parametrize("ratio", [1.15, 1.3])
-def test_the_last_line_is_the_verdict(
-    ratio: float, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.setattr(bench_before, "find_commit", lambda _: None)
-    monkeypatch.setattr(bench_before, "is_same", lambda _: False)
-    monkeypatch.setattr(bench_before, "checked_out", contextlib.nullcontext)
-    measured = {"demo": with_ratio(ratio)}, {"batch": "AttributeError: no such function"}
-    monkeypatch.setattr(bench_before, "compare", lambda _tree, _limit: measured)
-    is_slower = ratio > 1.2
-    assert bench_before.run(["--revision", "v0.1.0", "--limit", "1.2"]) == is_slower
-    out, err = capsys.readouterr()
-    assert "new / old: the median of the ratios of paired turns" in out
-    begin = "measuring, about two minutes\n"
-    slow = "slower than v0.1.0: demo: 1.30 times\n"
-    assert err == begin + slow * is_slower
-    verdict = "no workload is more than 1.2 times slower than v0.1.0"
-    assert (out.splitlines()[-1] == verdict) != is_slower
-
-
-def test_what_cannot_be_compared_is_one_sentence(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.delenv("CI", raising=False)
-    monkeypatch.setattr(bench_before, "ROOT", ROOT / "hertzchain")
-    assert bench_before.run([]) == 2
-    assert "git" in capsys.readouterr().err
-    monkeypatch.setenv("PATH", str(tmp_path))
-    assert bench_before.run([]) == 2
-    err = capsys.readouterr().err
-    assert err.endswith("install git to compare commits\n")
-    assert err.count("\n") == 1
 
 
 @pytest.fixture(scope="module")

@@ -20,10 +20,11 @@ from hertzchain.errors import BackendMissing, RunFailed, TooExpensive, Unpredict
 from hertzchain.known import answer
 from hertzchain.observables.peaks import largest_difference
 from tests.conftest import STEEL, paper_scene
-from tests.engines.external.test_same_steps import PLAIN, PULSE
+from tests.scenes import PLAIN
 from validation import engines
 
 Engine = type[hc.Liggghts] | type[hc.Yade]
+PULSE = PLAIN["pulse"]
 
 BOTH = [
     pytest.param(hc.Liggghts, marks=pytest.mark.liggghts),
@@ -206,17 +207,3 @@ def test_what_is_recorded_is_what_the_engines_find(tmp_path: Path) -> None:
         for who, force in peaks.items():
             # Other machines round otherwise.
             assert force == pytest.approx(kept[name][1][who], rel=1e-10, abs=0)
-
-
-@pytest.mark.parametrize("name", engines.names())
-def test_the_record_agrees_with_velocity_verlet_of_today(name: str) -> None:
-    dt, peaks = engines.recorded()[name]
-    scene = engines.scene_of(name)
-    assert dt == engines.step_of(scene)
-    native = engines.native_peaks(scene, dt)
-    # Written with 15 digits; other machines round otherwise, step by step.
-    assert peaks["native"] == pytest.approx(native, rel=1e-11, abs=0)
-    for engine in engines.ENGINES:
-        assert largest_difference(peaks[engine], native) <= engines.AGREED
-        # And with one another as far as round-off goes, about 1e-12 at 24 scenes.
-        assert largest_difference(peaks[engine], peaks["lammps"]) <= 1e-10

@@ -15,7 +15,7 @@ from hertzchain.observables.peaks import largest_difference
 from hertzchain.scene.terms import ALL_TERMS, DAMPING, DampingLaw
 from hertzchain.verdict.run_checks import balance_checks, same_steps_checks
 from tests.conftest import STEEL
-from tests.engines.native.test_damped import FLYING, LAWS, PULSE, TWO
+from tests.scenes import LAWS, PULSE
 from validation.random_scenes import (
     pushed_within,
     random_damped_scene,
@@ -253,7 +253,12 @@ ONE_EACH = {
     "viscoelastic": hc.Scene(
         hc.Chain(3, **STEEL | {"radius": [4e-3, 5e-3, 6e-3]}), PULSE, contact=LAWS["viscoelastic"]
     ),
-    "dashpot": replace(FLYING, contact=LAWS["dashpot"]),
+    "dashpot": hc.Scene(
+        hc.Chain(6, gap=2e-6, **STEEL),
+        hc.Striker(1.0),
+        wall=hc.Wall("same"),
+        contact=LAWS["dashpot"],
+    ),
 }
 
 
@@ -267,7 +272,7 @@ def test_damping_that_is_off_by_a_millionth_shows(law: DampingLaw) -> None:
 
 @pytest.mark.lammps
 def test_attraction_shows() -> None:
-    pulling = hc.Scene(TWO, hc.Striker(1.0), contact=LAWS["restitution, pulling"])
+    pulling = hc.Scene(hc.Chain(2, **STEEL), hc.Striker(1.0), contact=LAWS["restitution, pulling"])
     refuse_another(pulling, contact=LAWS["restitution"])
 
 
@@ -302,7 +307,7 @@ def test_a_lammps_without_the_damping_is_refused(
     restitution: float, wall: hc.Wall | None, before: str | None, since: str, named: str
 ) -> None:
     law = hc.Contact("restitution", restitution=restitution)
-    scene = hc.Scene(TWO, hc.Striker(1.0), wall=wall, contact=law)
+    scene = hc.Scene(hc.Chain(2, **STEEL), hc.Striker(1.0), wall=wall, contact=law)
     set_up(scene, version=since)
     if before is not None:
         with pytest.raises(RunFailed, match=rf"LAMMPS of {before} does not .* of {named} or later"):

@@ -28,11 +28,11 @@ from hertzchain.observables.peaks import largest_difference
 from hertzchain.verdict.run_checks import balance_checks
 from tests.conftest import STEEL
 from tests.oracles import extrapolation
+from tests.scenes import LAWS, PULSE, scene_with
 from validation.random_drives import random_hard_scene, random_scene_with_piston
 from validation.random_scenes import random_damped_scene
 
 TWO = hc.Chain(2, **STEEL)
-PULSE = hc.Pulse("cosine", 100.0, 2.0, momentum_ratio=1.0)
 
 PARTED = {0.9: 0.9020261, 0.8: 0.8080993, 0.7: 0.7182014, 0.5: 0.5502832, 0.3: 0.3971405}
 """Restitution without attraction by the nominal one; from the closed form."""
@@ -53,25 +53,6 @@ def test_two_spheres_part_as_the_closed_form_says(asked: float, ratio: float) ->
     pulling = replace(scene, contact=replace(law, attraction=True))
     # Peaks are asked for to 1e-10, of which the velocity has as much.
     assert restitution(pulling) == pytest.approx(asked, rel=1e-9, abs=0)
-
-
-LAWS = {
-    "restitution": hc.Contact("restitution", restitution=0.8),
-    "viscoelastic": hc.Contact("viscoelastic", relaxation_time=1e-6),
-    "dashpot": hc.Contact("dashpot", coefficient=5.0),
-    "restitution, pulling": hc.Contact("restitution", restitution=0.8, attraction=True),
-}
-
-
-def scene_with(law: hc.Contact) -> hc.Scene:
-    """All terms at once."""
-    granules = [STEEL, STEEL | {"density": 3000.0}, STEEL | {"radius": 4e-3}] * 3
-    chain = hc.Chain(9, **{key: [each[key] for each in granules] for key in STEEL})
-    load = hc.Precompression(2.0, 9.81)
-    striker = hc.Striker(0.5, radius=6e-3)
-    return hc.Scene(
-        chain, striker, wall=hc.Wall("elastic", 70e9, 0.33), precompression=load, contact=law
-    )
 
 
 @pytest.mark.parametrize("key", ["coefficient", "relaxation_time"])
@@ -193,9 +174,6 @@ def test_strong_dampers(exponent: float, damping: float) -> None:
         assert run.status == elastic_chain.DONE
         # At most 0.3 of the tolerance was measured, and 2e-10.
         assert largest_difference(run.peaks.force, true.peaks.force) < max(tolerance, 1e-9)
-
-
-FLYING = hc.Scene(hc.Chain(6, gap=2e-6, **STEEL), hc.Striker(1.0), wall=hc.Wall("same"))
 
 
 @pytest.mark.parametrize("law", LAWS)

@@ -20,36 +20,7 @@ from hertzchain.observables.peaks import largest_difference
 from tests.conftest import STEEL
 from tests.oracles import extrapolation
 from tests.oracles.scene_in_si import numbers_of_chain
-
-PTFE = {"radius": 4.75e-3, "young_modulus": 1.46e9, "poisson_ratio": 0.46, "density": 2200.0}
-PULSE = hc.Pulse("cosine", 100.0, 2.0, momentum_ratio=1.0)
-UNIFORM = hc.Chain(12, **STEEL)
-
-
-def row(*granules: dict[str, float]) -> hc.Chain:
-    return hc.Chain(len(granules), **{key: [g[key] for g in granules] for key in STEEL})
-
-
-DIMER = row(*[STEEL, PTFE] * 6)
-
-SCENES = {
-    "large striker": hc.Scene(UNIFORM, hc.Striker(1.0, radius=8e-3)),
-    "striker, rigid wall": hc.Scene(UNIFORM, hc.Striker(1.0), wall=hc.Wall("rigid")),
-    "dimer": hc.Scene(DIMER, PULSE),
-    "dimer, elastic wall": hc.Scene(DIMER, PULSE, wall=hc.Wall("elastic", 70e9, 0.33)),
-    "gaps": hc.Scene(replace(UNIFORM, gap=1e-5), PULSE),
-    "gaps, wall": hc.Scene(replace(UNIFORM, gap=1e-5), PULSE, wall=hc.Wall("same", gap=2e-5)),
-    "precompression": hc.Scene(UNIFORM, PULSE, precompression=hc.Precompression(force=20.0)),
-    "column": hc.Scene(
-        DIMER, hc.Striker(0.5), wall=hc.Wall("same"), precompression=hc.Precompression(gravity=9.81)
-    ),
-    "all at once": hc.Scene(
-        DIMER,
-        hc.Striker(0.5, radius=6e-3),
-        wall=hc.Wall("elastic", 70e9, 0.33),
-        precompression=hc.Precompression(3.0, 9.81),
-    ),
-}
+from tests.scenes import DIMER, PTFE, PULSE, TERMS, UNIFORM, row
 
 
 def test_two_spheres_that_meet() -> None:
@@ -138,11 +109,11 @@ def test_the_default_end_lets_every_contact_peak(name: str) -> None:
 
 
 def test_a_run_that_ends_too_early_says_so() -> None:
-    scene = replace(SCENES["striker, rigid wall"], run=hc.Run(5e-5))
+    scene = replace(TERMS["striker, rigid wall"], run=hc.Run(5e-5))
     (warning,) = hc.Native().run(scene).warnings
     assert "the run ended before contact" in warning
     assert "had been pressed and had let up: set end_time in" in warning
-    result = hc.Native().run(SCENES["striker, rigid wall"])
+    result = hc.Native().run(TERMS["striker, rigid wall"])
     assert result.warnings == ()
     assert result.peak_passed[-1]
     early = replace(scene, run=hc.Run(0.999 * float(result.peak_time[-1])))
@@ -228,26 +199,6 @@ def slow_dimer(gap: float, speed: float, damper: float, attraction: bool) -> hc.
 def test_slow_granules_that_touch_again_and_again(attraction: bool, rtol: float) -> None:
     scene = replace(slow_dimer(1.0878e-8, 1.3538e-4, 0.0597, attraction), run=hc.Run(5.79e-3))
     assert hc.Native(rtol=rtol).run(scene).steps < MANY
-
-
-FLIGHTS = {
-    "a pulse through gaps, which collide in several places": hc.Scene(
-        hc.Chain(12, gap=1e-6, **STEEL),
-        hc.Pulse("cosine", 100.0, 2.0, momentum_ratio=1.0),
-        hc.Run(5e-4),
-    ),
-    "beside a gap, contacts at rest": hc.Scene(
-        hc.Chain(6, gap=(0.0, 0.0, 0.0, 2e-7, 0.0, 0.0), **STEEL), hc.Striker(0.1), hc.Run(4e-4)
-    ),
-    "a wall beyond the last gap": hc.Scene(
-        hc.Chain(4, gap=(0.0, 1e-7, 3e-7, 1e-7), **STEEL), hc.Striker(0.1), hc.Run(4e-4),
-        hc.Wall("rigid", gap=2e-7),
-    ),
-    "falling on a wall": hc.Scene(
-        hc.Chain(3, **STEEL), hc.Pulse("cosine", 1.0, 2.0, momentum_ratio=1.0), hc.Run(2e-3),
-        hc.Wall("same"), hc.Precompression(gravity=9.81),
-    ),
-}  # fmt: skip
 
 
 @pytest.mark.parametrize("exponent", [0.0, 0.25, 0.5])
