@@ -119,6 +119,10 @@ def test_two_processors_find_the_same_peaks(tmp_path: Path) -> None:
     status, screen = run(path, tmp_path, ranks=2)
     assert (status, "2 by 1 by 1 MPI processor grid" in screen) == (0, True), screen
     assert peaks(tmp_path) == pytest.approx(alone, rel=1e-10, abs=0)
+    # Steps a half longer, and as many of them.
+    longer = re.sub(r"^timestep (\S+)", r"timestep $(1.5*\1:%.17g)", path.read_text(), flags=re.M)
+    path.write_text(longer)
+    assert verdict(path, ranks=2) == "FAIL"
 
 
 @pytest.mark.lammps

@@ -186,6 +186,36 @@ def test_velocities_are_in_spacings_of_the_lattice_unless_said(said: str, count:
     assert "lattice-units" not in {finding.rule for finding in lint(fine)}
 
 
+MODEL = "hertz/material 193e9 0.0 0.3 &\n    tangential linear_nohistory 0.0 0.0"
+TIME = (np.pi / 6 * 0.0095**3 * 7958) ** 0.5 / (
+    (4 / 3 * 193e9 / (2 * (1 - 0.3**2)) * (0.0095 / 4) ** 0.5) ** (1 / 3) * 100 ** (1 / 6)
+)
+"""Natural time of its contacts, under 100 N [s]."""
+
+
+def stepped(step: float) -> tuple[str, str]:
+    """A step as a change of the clean deck."""
+    little = "fix little first addforce 1e-3 0.0 0.0\n"
+    return "unfix shock\nrun 3000", f"{little}timestep {step * TIME!r}\nrun 100"
+
+
+@pytest.mark.lammps
+@pytest.mark.parametrize(
+    ("change", "rule", "is_found"),
+    [
+        (stepped(0.198), "step-length", False), (stepped(0.202), "step-length", True),
+        # E, damping and Poisson's ratio in another order: below a hundredth it is a damping.
+        (("193e9 0.0 0.3", "193e9 0.3 0.003"), "poisson-ratio", True),
+        (("193e9 0.0 0.3", "193e9 0.3 0.03"), "poisson-ratio", False),
+        ((MODEL, "mdr 5e6 0.4 1.9e5 2.0 0.5 0.5"), "not-hertz", True),
+        ((MODEL, "mdr 5e6 0.4 1.9e5 2.0 0.5 0.5"), "damping", False),
+    ],
+)  # fmt: skip
+def test_both_sides_of_a_rule(change: tuple[str, str], rule: str, is_found: bool) -> None:
+    assert change[0] in CLEAN
+    assert (rule in {finding.rule for finding in lint(CLEAN.replace(*change))}) == is_found
+
+
 def test_a_chain_made_in_a_loop_is_a_chain() -> None:
     loop = """\
 variable i loop 30
@@ -255,6 +285,9 @@ def test_files_that_cannot_be_read_are_one_sentence(tmp_path: Path) -> None:
         lint_file(tmp_path / "none")
     with pytest.raises(HertzchainError, match="cannot be read"):
         lint_file(tmp_path)
+    latin = tmp_path / "in.latin"  # comments may be in another encoding
+    latin.write_bytes("# Stoß\n".encode("latin-1") + CLEAN.encode())
+    assert lint_file(latin) == []
     large = tmp_path / "in.large"
     large.write_bytes(b"run 1\n" * 1_000_000)
     with pytest.raises(HertzchainError, match="larger than 5 MB"):

@@ -236,9 +236,7 @@ WALL = f"{NO_PUSH}fix wall all wall/gran {LAW} xplane -0.0041 NULL\n"
         (f"{FLOOR}{WALL}velocity hit set 0.1 0 0", False),
         pytest.param(NO_PUSH, False, marks=slow),
         pytest.param(f"{NO_PUSH}group last id 6\nvelocity last set -1 0 0", True, marks=slow),
-        pytest.param(
-            f"{NO_PUSH}group last id 6\nfix push last addforce -1 0 0 every 2", True, marks=slow
-        ),
+        (f"{NO_PUSH}group last id 6\nfix push last addforce -1 0 0 every 2", True),
         pytest.param(WALL, True, marks=slow),
     ],
 )
@@ -256,6 +254,15 @@ def test_the_shock_may_be_at_either_end(more: str, is_reversed: bool, tmp_path: 
         assert wall.end == ("last" if is_reversed else "first")
         place = 0.04 + 4.1e-3 if is_reversed else -4.1e-3
         assert wall.position == pytest.approx(place, rel=1e-9)
+
+
+def test_a_deck_without_a_shock_lies_as_the_granules_of_its_scene_do(tmp_path: Path) -> None:
+    """Its light granule is the last, that of the scene the first; what follows a clear is left."""
+    deck = Deck(more=f"{NO_PUSH}set atom 6 density 1000", run="run 20\nclear\nunits si")
+    light = replace(SCENE.chain, density=[1000.0] + [SCENE.chain.density] * 5)
+    read = read_deck(deck.write(tmp_path), replace(SCENE, chain=light))
+    assert read.reversed
+    assert read.remarks == ("what follows the clear after the first chain is another chain's",)
 
 
 def test_random_forces_are_no_shock_of_a_striker(tmp_path: Path) -> None:

@@ -12,7 +12,7 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.engines.lammps.binary import look
-from hertzchain.engines.lammps.reading.contents import FoundDeck
+from hertzchain.engines.lammps.reading.contents import FoundDeck, units_of
 from hertzchain.engines.lammps.reading.text import Rules, command_of, quoted, words_of
 from hertzchain.errors import BackendMissing, RunFailed, TooExpensive
 from hertzchain.limits import Deadline
@@ -67,6 +67,12 @@ def test_what_goes_wrong_is_one_sentence(what: str, tmp_path: Path) -> None:
     assert "Traceback" not in str(caught.value)
     assert children(os.getpid()) == before
     assert [path.name for path in tmp_path.iterdir()] == ["in.mine"]
+
+
+@pytest.mark.parametrize("units", ["real", "metal", "electron"])
+def test_units_of_atoms_are_refused(units: str) -> None:
+    with pytest.raises(RunFailed, match=f"units {units} are those of atoms"):
+        units_of(units)
 
 
 GIVEN = """
