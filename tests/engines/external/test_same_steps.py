@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from contextlib import suppress
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -29,10 +30,12 @@ BY_PROGRAMS = ("plain", "terms", "damped", "piston", "sine", "drives, damped")
 
 KINDS = {
     "lammps": tuple(kind for kind in TABLE if kind != "near wall"),
+    "lammps, history": ("plain",),
     "liggghts": BY_PROGRAMS,
     "yade": BY_PROGRAMS,
 }
 QUICK = {
+    "lammps, history": {each for each in EVERY if each[0] == "plain"},
     "lammps": {
         *(("piston", "forwards and backwards"), ("sine", "as strong as the load")),
         *(each for each in EVERY if each[0] in ("plain", "drives, damped", "fixed")),
@@ -48,7 +51,12 @@ LEFT_OUT = {
     *(("yade", "damped", name) for name in DAMPED if name != "restitution"),
     ("yade", "piston", "gaps, wall"),
 }
-ENGINES: dict[str, Any] = {"lammps": hc.Lammps, "liggghts": hc.Liggghts, "yade": hc.Yade}
+ENGINES: dict[str, Any] = {
+    "lammps": hc.Lammps,
+    "lammps, history": partial(hc.Lammps, pair_style="gran/hertz/history"),
+    "liggghts": hc.Liggghts,
+    "yade": hc.Yade,
+}
 
 
 def largest(measured: FloatArray, expected: FloatArray, least: float) -> float:
@@ -85,7 +93,7 @@ def refuse_other_motion(engine: Any, scene: hc.Scene) -> None:
     [
         pytest.param(
             *(engine, kind, name),
-            marks=[getattr(pytest.mark, engine)]
+            marks=[getattr(pytest.mark, engine.partition(",")[0])]
             + [pytest.mark.slow] * ((kind, name) not in QUICK[engine]),
         )
         for engine, kinds in KINDS.items()
