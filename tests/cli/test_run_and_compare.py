@@ -13,7 +13,6 @@ import pytest
 from numpy.typing import ArrayLike
 
 import hertzchain as hc
-from hertzchain.cli.run import MethodName
 from hertzchain.engines.native.backend import Native
 from hertzchain.observables.peaks import largest_difference
 from hertzchain.observables.result import Result
@@ -53,22 +52,6 @@ def test_run_prints_nothing_but_one_json_object(native: Outcome) -> None:
     assert document["provenance"]["hertzchain"] == version("hertzchain")
 
 
-@pytest.mark.lammps
-def test_a_run_with_lammps_vs_one_with_native(hertzchain: Command, native: Outcome) -> None:
-    scene_file()
-    outcome = hertzchain("run", "scene.toml", "--backend", "lammps", "--json")
-    assert (outcome.status, outcome.err) == (0, "")
-    document, expected = outcome.json(), native.json()
-    assert problems(document, "run.json") == []
-    assert document["backend"] == "lammps"
-    assert document["method"].startswith("velocity-verlet")
-    assert "lammps" in document["provenance"]
-    for key in ("end_time_s", "rise_time_s", "momentum_ratio", "transition_granules"):
-        assert document[key] == expected[key]
-    error = document["error_estimate"] + expected["error_estimate"]
-    assert document["peak_force_N"] == pytest.approx(expected["peak_force_N"], rel=error)
-
-
 @pytest.mark.parametrize(("wanted", "status"), [("0.0001", 0), ("9.9e-05", 1)])
 def test_a_run_misses_an_accuracy_that_it_misses_by_little(
     hertzchain: Command, monkeypatch: pytest.MonkeyPatch, wanted: str, status: int
@@ -99,14 +82,6 @@ def test_dt_with_a_unit_vs_seconds(hertzchain: Command) -> None:
     )
     assert by_unit["peak_force_N"] == plain["peak_force_N"]
     assert by_unit["dt_s"] == plain["dt_s"] <= 2e-8
-
-
-@pytest.mark.parametrize("method", list(MethodName))
-def test_every_method_runs(hertzchain: Command, method: str) -> None:
-    scene_file({"chain.granules": "4", "run.end_time": '"60 us"'})
-    document = hertzchain("run", "scene.toml", "--method", method, "--json").json()
-    assert document["method"] == method
-    assert document["error_estimate"] < 1e-5  # of velocity Verlet; all others are far below
 
 
 SHORT_RUNS = [
@@ -197,21 +172,6 @@ def test_compare_with_native_alone(hertzchain: Command, monkeypatch: pytest.Monk
     for key, last in (("lammps_N", 1), ("eq6_N", 5), ("eq9_N", 6)):
         contacts = [row["contact"] for row in document["rows"] if row[key] is not None]
         assert contacts == list(range(2, last + 1))
-
-
-@pytest.mark.lammps
-def test_compare_prints_every_oracle_and_a_verdict(hertzchain: Command) -> None:
-    scene_file()
-    outcome = hertzchain("compare", "scene.toml", "--plot", "plot.png")
-    assert (outcome.status, outcome.err) == (0, "Plot written to plot.png\n")
-    assert Path("plot.png").read_bytes().startswith(b"\x89PNG")
-    rows = rows_of(outcome.out)
-    assert [row[0] for row in rows] == ["2", "3", "4", "5", "6"]
-    assert len(rows[0]) == 8
-    for words in ("native", "LAMMPS", "Eq. 6", "Eq. 9", "transition, p", "F_SW", "speed"):
-        assert words in outcome.out
-    assert "FAIL" not in outcome.out
-    assert outcome.out.endswith("Verdict: pass\n")
 
 
 @pytest.mark.lammps

@@ -32,23 +32,6 @@ BOTH = [
 ]
 
 
-@pytest.mark.liggghts
-@pytest.mark.yade
-@pytest.mark.lammps
-def test_three_engines_agree_with_one_another_beyond_what_reading_costs() -> None:
-    """They are read at the same steps, so not even the interpolation between readings differs."""
-    dt = 0.02 * PULSE.units.time
-    compared, lammps = hc.compare(PULSE, [hc.Liggghts(dt), hc.Yade(dt)]), hc.Lammps(dt).run(PULSE)
-    for engine in ("liggghts", "yade"):
-        other = compared.results[engine]
-        # Round-off of absolute coordinates, of each of the two.
-        allowed = 2 * lammps.lost_digits.bound
-        assert largest_difference(other.peak_force, lammps.peak_force) <= allowed
-        assert other.backend == engine
-        assert any(digit.isdigit() for digit in other.versions[engine])
-    assert compared.verdict == "pass"
-
-
 @pytest.mark.parametrize(
     # Steps in units of time, for which LIGGGHTS takes about 2 s and Yade 6 s.
     ("engine", "dt", "limit"),
