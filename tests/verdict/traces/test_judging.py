@@ -70,50 +70,50 @@ def test_noise_and_offset_do_not_matter(
         assert off < 4 * number.deviation < 0.1 * number.simulated
 
 
-@pytest.mark.parametrize(("times", "fails"), [(3.0, True), (-3.0, True), (0.33, False)])
-def test_a_gain(measured: pd.DataFrame, times: float, fails: bool) -> None:
-    """One gauge is off by parts of the tolerance: its height alone, and its whole trace, fail."""
-    traces = measured.copy()
-    traces["gauge_11_N"] *= 1 + times * 0.03
-    judgement = hc.judge_traces(SCENE, traces, tolerance=0.03)
-    assert failed(judgement) - {"whole"} == ({"first"} if fails else set())
-    wrong = {check.engine for check in judgement.checks if not check.passed}
-    assert wrong == ({"granule 11"} if fails else set())
-
-
-@pytest.mark.parametrize(("times", "fails"), [(3.0, True), (-3.0, True), (0.33, False)])
-def test_a_clock_that_is_fast(measured: pd.DataFrame, times: float, fails: bool) -> None:
-    """All times are off by parts of the tolerance: widths and times of travel fail, not heights."""
-    traces = measured.copy()
-    traces["time_s"] *= 1 + times * 0.02
-    judgement = hc.judge_traces(SCENE, traces, tolerance=0.02)
-    assert failed(judgement) - {"whole"} == ({"width", "time"} if fails else set())
-
-
-@pytest.mark.parametrize(("times", "fails"), [(3.0, True), (-3.0, True), (0.33, False)])
-def test_a_clock_that_is_known(measured: pd.DataFrame, times: float, fails: bool) -> None:
-    traces = measured.copy()
-    arrival = hc.judge_traces(SCENE, traces).known.readings[0].arrival
-    traces["time_s"] += times * 0.02 * arrival - 3.3e-4
-    judgement = hc.judge_traces(SCENE, traces, tolerance=0.02, shift=False)
-    # The first gauge has the earliest arrival; the others are late by a smaller part of theirs.
-    assert ("arrival" in failed(judgement)) == fails
-    assert judgement.shift == 0
-
-
-@pytest.mark.parametrize(("times", "fails"), [(3.0, True), (0.33, False)])
-def test_what_is_no_pulse_of_the_scene(measured: pd.DataFrame, times: float, fails: bool) -> None:
-    """A ripple of some parts of the tolerance after the pulse is seen in the whole trace alone."""
-    traces = measured.copy()
+def with_ripple(traces: pd.DataFrame, off: float, first: Any) -> None:
+    """After the pulse, before the wave comes back from the wall."""
     time, peak = traces["time_s"], traces["gauge_6_N"].max()
-    first = hc.judge_traces(SCENE, measured).known.readings[0]
-    # Before the wave comes back from the wall.
     since = (time - 3.3e-4 - first.arrival) / first.width
     after = ((since > 2) & (since < 4)).to_numpy()
-    size = times * 0.02 * np.sqrt(2 * len(time) / after.sum()) * peak
+    size = off * np.sqrt(2 * len(time) / after.sum()) * peak
     traces["gauge_6_N"] += size * np.sin(2 * np.pi * time / 1.7e-5) * after
-    judgement = hc.judge_traces(SCENE, traces, tolerance=0.02)
-    assert failed(judgement) == ({"whole"} if fails else set())
+
+
+def with_gain(traces: pd.DataFrame, off: float, _: Any) -> None:
+    traces["gauge_11_N"] *= 1 + off
+
+
+def fast(traces: pd.DataFrame, off: float, _: Any) -> None:
+    traces["time_s"] *= 1 + off
+
+
+def late(traces: pd.DataFrame, off: float, first: Any) -> None:
+    """By a part of the earliest arrival, which is a smaller part of the others."""
+    traces["time_s"] += off * first.arrival - 3.3e-4
+
+
+OFF: dict[str, tuple[Any, set[str]]] = {
+    "a gain": (with_gain, {"first"}),
+    "a clock that is fast": (fast, {"width", "time"}),
+    "a clock that is known": (late, {"arrival"}),
+    "what is no pulse of the scene": (with_ripple, {"whole"}),
+}
+"""Changes of traces, and the kinds of numbers that fail then, besides whole traces."""
+
+
+@pytest.mark.parametrize(("part", "fails"), [(3.0, True), (-3.0, True), (0.33, False)])
+@pytest.mark.parametrize("what", OFF)
+def test_both_sides_of_the_tolerance(
+    measured: pd.DataFrame, what: str, part: float, fails: bool
+) -> None:
+    change, kinds = OFF[what]
+    traces, first = measured.copy(), hc.judge_traces(SCENE, measured).known.readings[0]
+    change(traces, part * 0.02, first)
+    judgement = hc.judge_traces(SCENE, traces, tolerance=0.02, shift=change is not late)
+    assert failed(judgement) - ({"whole"} - kinds) == (kinds if fails else set())
+    wrong = {check.engine for check in judgement.checks if not check.passed}
+    assert change is not with_gain or wrong == ({"granule 11"} if fails else set())
+    assert change is not late or judgement.shift == 0
 
 
 def test_another_modulus() -> None:
