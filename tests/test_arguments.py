@@ -98,6 +98,21 @@ def test_a_wrong_argument_is_refused_in_a_sentence(
     assert refused >= len(right) * len(WRONG) // 2
 
 
+JUDGES: dict[str, Callable[[float], object]] = {
+    "judge": lambda tolerance: hc.judge(SCENE, [1.0, 1.0], tolerance=tolerance),
+    "judge_traces": lambda tolerance: hc.judge_traces(SCENE, "no.csv", tolerance=tolerance),
+    "judge_trains": lambda tolerance: hc.judge_trains(SCENE, "no.csv", tolerance=tolerance),
+    "examine": lambda tolerance: hc.examine(SCENE, "no.in", tolerance=tolerance),
+}
+
+
+@pytest.mark.parametrize("tolerance", [-1.0, 0.0, 1.0])
+@pytest.mark.parametrize("name", JUDGES)
+def test_a_tolerance_is_between_0_and_1(name: str, tolerance: float) -> None:
+    with pytest.raises(hc.HertzchainError, match=f"tolerance = {tolerance}: must be"):
+        JUDGES[name](tolerance)
+
+
 @pytest.mark.parametrize("number", [np.float32(2), np.int64(2), Fraction(2), np.float64(2), 2])
 def test_numbers_of_other_types_are_numbers(number: Any) -> None:
     limit = hc.Native(time_limit=number).time_limit

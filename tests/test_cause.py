@@ -112,14 +112,6 @@ def test_a_cause_or_a_hint(
     assert (result.cause or result.hint or "").startswith(words or NOTHING)
 
 
-@pytest.mark.parametrize(("left", "tried"), [(0.98e-4, ["this"]), (1.02e-4, ["this", "costly"])])
-def test_costly_mistakes_are_tried_unless_one_leaves_a_ten_thousandth(
-    truth: hc.Result, explain: Explain, left: float, tried: list[str]
-) -> None:
-    case = shared(truth, 0.01)
-    assert explain(case, this=left, costly=0.5)[1] == tried
-
-
 @pytest.mark.parametrize(
     ("contacts", "error", "size", "sought"),
     [
@@ -237,29 +229,4 @@ def test_the_hint_of_a_scene_with_terms_says_what_was_tried() -> None:
     assert "Likely cause" not in text.getvalue()
 
 
-def test_a_minute_is_not_spent_on_the_cause(
-    truth: hc.Result, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(judgement, "PATIENCE", 1e-3)
-    judged = hc.judge(truth.scene, 1.1 * truth.peak_force[::-1])
-    assert judged.cause is None
-    (remark,) = judged.remarks
-    assert "not everything was tried" in remark
-
-
 # A case
-
-
-def test_a_parameter_is_fitted_half_way_between_trials_and_in_every_valley(
-    truth: hc.Result,
-) -> None:
-    peaks = truth.peak_force
-    fit = case_of(truth, peaks).fit(lambda x: peaks * np.exp(x * x), [-1.5, -0.5, 0.5, 1.5])
-    # x is known to a billionth of the distance of two trials, or where x^2 is below round-off.
-    assert fit.value == pytest.approx(0.0, abs=1e-7)
-    assert fit.left < 1e-14
-    chain = hc.Chain(20, 4.75e-3, 193e9, 0.3, 7958.0)
-    scene = hc.Scene(chain, hc.Pulse("cosine", 200.0, 2.0, rise_time=20e-6))
-    wrong = replace(scene, chain=replace(chain, young_modulus=math.sqrt(2) * 193e9))
-    judged = hc.judge(scene, hc.Native("reference").run(wrong).peak_force)
-    assert (judged.cause or "").startswith("contact stiffness 1.41421 times that of the scene")

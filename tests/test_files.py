@@ -75,20 +75,6 @@ def test_what_cannot_be_written_is_an_error(tmp_path: Path, name: str, words: st
     assert names(tmp_path) == ["file"]
 
 
-@pytest.mark.skipif(
-    os.name != "posix" or os.geteuid() == 0, reason="root may write and search everywhere"
-)
-@pytest.mark.parametrize("mode", [0o500, 0o000], ids=["read-only", "closed"])
-def test_a_folder_without_permission_is_an_error(tmp_path: Path, mode: int) -> None:
-    folder = tmp_path / "locked"
-    folder.mkdir(mode)
-    try:
-        with pytest.raises(OutputError, match=r"(?i)permission"):
-            check_writable(folder / "a.txt")
-    finally:
-        folder.chmod(0o700)
-
-
 @linux
 def test_a_device_is_written_to_and_not_replaced() -> None:
     with pytest.raises(OutputError, match=r"/dev/full: cannot be written \(No space left"):

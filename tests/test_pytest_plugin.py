@@ -147,12 +147,3 @@ print(json.dumps(sorted(set(sys.modules) - before)))
     assert set(json.loads(done.stdout)) == loaded
     for module in (hc, showing):
         assert AssertionRewriter.is_rewrite_disabled(module.__doc__ or "")
-
-
-def test_it_disturbs_no_project(pytester: pytest.Pytester) -> None:
-    pytester.makepyfile("def test_it():\n    assert True\n")
-    # In another process, because pytest warns of plugins that were loaded before its start.
-    done = python("-m", "pytest", *OPTIONS, "-q")
-    assert done.returncode == 0, done.stdout + done.stderr
-    assert "1 passed" in done.stdout
-    assert "warning" not in (done.stdout + done.stderr).lower()

@@ -129,9 +129,6 @@ def test_the_core_imports_nothing_of_what_stands_around_it() -> None:
 def test_every_room_is_on_the_map() -> None:
     shown = {room for row in code_map.PLACES for room in row.split()}
     assert {place_of(name) for name in imports()} - NOT_ON_THE_MAP == shown
-    drawn = code_map.draw()
-    assert drawn.count("<rect") == drawn.count("<text") == len(shown)
-    assert drawn.count("<line") > len(shown)
 
 
 def place_of(name: str) -> str:

@@ -14,8 +14,8 @@ import hertzchain as hc
 from hertzchain import theory
 from hertzchain.engines import liggghts, yade
 from hertzchain.engines.external.rescaling import Softening
-from hertzchain.engines.native.plan import METHODS
-from hertzchain.engines.native.simulation import simulate
+from hertzchain.engines.liggghts import deck as liggghts
+from hertzchain.engines.yade import deck as yade
 from hertzchain.errors import HertzchainError
 from hertzchain.examiner.measured import applied_force
 from hertzchain.known.answer import lammps_deck, program_deck
@@ -27,7 +27,6 @@ from hertzchain.report.files import plot_times
 from hertzchain.report.page import page_of
 from hertzchain.scene.file import SHOCKS, sections_of
 from hertzchain.scene.keys import keys_of
-from hertzchain.scene.scene import refuse_hopeless_overlap
 from hertzchain.scene.shocks import Shock
 from hertzchain.scene.starters import STARTERS, write_starter
 from hertzchain.slips import with_rise_time
@@ -204,12 +203,6 @@ def test_a_scene_without_terms_is_plain_and_looks_as_before() -> None:
     assert hash(copied) == hash(scene)
 
 
-def test_no_granule_is_left_behind(taken: hc.Scene) -> None:
-    legs = taken.schedule(0.2 * taken.units.time)
-    run = simulate(taken, legs, METHODS["srkn-11b"].walker, leave_behind=True)
-    assert np.isfinite(run.displacement).all()
-
-
 def test_a_second_run_tells_the_error(taken: hc.Scene) -> None:
     assert amplifies_errors(taken)
     batch = hc.peak_forces([taken], rtol=1e-3)
@@ -227,12 +220,3 @@ def test_formulas_map_and_free_end_say_nothing(taken: hc.Scene) -> None:
     prediction = theory.predict(taken)
     assert "uniform free chains" in str(prediction.missing)
     assert np.isnan(prediction.peak_force).all()
-
-
-def test_overlaps_are_not_known_before_a_run(monkeypatch: pytest.MonkeyPatch) -> None:
-    scene = paper_scene("cosine", 1.0, 2.0)
-    deep = hc.Scene(scene.chain, hc.Pulse("cosine", 1e9, 2.0, momentum_ratio=1.0))
-    with pytest.raises(hc.HertzchainError, match="radii"):
-        refuse_hopeless_overlap(deep)
-    monkeypatch.setattr(hc.Scene, "is_plain", False)
-    refuse_hopeless_overlap(deep)

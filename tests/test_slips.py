@@ -14,11 +14,10 @@ import pint
 import pytest
 
 import hertzchain as hc
-from hertzchain import slips
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps.dialect import tsuji
 from hertzchain.scene.shocks import profile_named
-from hertzchain.slips import in_words, near, slips_of, with_rise_time
+from hertzchain.slips import in_words, slips_of, with_rise_time
 from hertzchain.theory.restitution import damping_ratio, of_ratio
 from tests.conftest import STEEL, paper_scene
 from validation.mistakes import (
@@ -315,39 +314,6 @@ def test_a_known_factor_is_named_where_it_is_near(
         assert (name in words) is named
 
 
-def test_factors_that_cannot_be_told_apart_have_no_name() -> None:
-    """1 - nu^2 is 1 - 9e-4; of two factors that are that far apart the nearer one is named."""
-    scene = replace(SCENE, chain=replace(SCENE.chain, poisson_ratio=0.03))
-    factors = slips_of(scene, "stiffness")
-    assert near(factors, 1 - 0.03**2) == []
-    assert near(factors, 2.0) == ["effective modulus E/(1 - nu^2) in place of half of it"]
-
-
-PEAKS = "every peak 0.7 times the true one: another unit"
-STRETCHED = (
-    "contact stiffness 1.728 times that of the scene, or mass 0.694444 times, or pulse 1.2 times"
-    " as long (peaks cannot tell these apart)"
-)
-
-
-@pytest.mark.parametrize(
-    ("quantity", "factor", "words"),
-    [
-        ("force", 0.5, "applied force 0.5 times that of the scene: half of F0"),
-        ("force", 0.7, "applied force 0.7 times that of the scene"),
-        ("peaks", 1e-3, "every peak 0.001 times the true one: in units of kN"),
-        ("peaks", 0.01, "every peak 0.01 times the true one: in units of F0"),
-        ("peaks", 0.7, f"{PEAKS}, or another applied force at the same LM_ratio"),
-        ("stretch", 1.2, STRETCHED),
-    ],
-)
-def test_a_factor_in_words(quantity: str, factor: float, words: str) -> None:
-    """A known factor has its name, any other what may have made it."""
-    assert in_words(SCENE, quantity, factor) == words
-    assert in_words(SCENE, "stretch", 2.0).endswith("apart): duration taken for rise time")
-    assert in_words(replace(SCENE, shock=hc.Striker(0.5)), "peaks", 0.7) == PEAKS
-
-
 # Damping
 
 ELASTIC = paper_scene("cosine", 0.5, 2.0, 16)
@@ -446,21 +412,6 @@ def test_with_other_terms_damping_units_and_numbers_are_tried() -> None:
         force = peaks_of(scene)
         for given, cause in ((force / 1000, "in units of kN"), (force[::-1], "from the far end")):
             assert cause in (hc.judge(scene, dict(enumerate(given.tolist(), 2))).cause or "")
-
-
-def test_what_is_tried() -> None:
-    made = replace(ELASTIC, contact=C)
-    for scene, count in ((ELASTIC, 8), (made, 5), (replace(made, wall=hc.Wall("same")), 2)):
-        names = [family.name for family in slips.families_for(scene)]
-        assert (len(names), "damping" in names) == (count, True)
-
-
-def test_a_step_of_damped_contacts_is_only_remarked() -> None:
-    scene = replace(ELASTIC, contact=C)
-    judged = hc.judge(scene, peaks_of(scene), dt=1e-7)
-    assert (judged.verdict, judged.expected) == ("pass", None)
-    text = "what velocity Verlet has at that step is not known of damped contacts"
-    assert judged.remarks == (text,)
 
 
 RIGHT = [

@@ -79,16 +79,6 @@ def test_a_deleted_current_folder_is_named(tmp_path: Path) -> None:
     is_refused(outcome, "the current folder was deleted: change to another one")
 
 
-def test_an_unknown_backend_of_matplotlib_does_not_matter(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    monkeypatch.setenv("MPLBACKEND", "nonsense")
-    scene_file({"chain.granules": "6"})
-    outcome = process("compare", "scene.toml", "--backend", "native", "--plot", "a.png")
-    assert outcome.status == 0, outcome.err
-    assert names() == ["a.png", "scene.toml"]
-
-
 # Signals
 
 SAY_WHEN = """

@@ -10,11 +10,8 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
-from numba.core.caching import NullCache
 
-from hertzchain.cli import doctor
 from hertzchain.cli.doctor import PACKAGES
-from hertzchain.engines.native import elastic
 from hertzchain.scene.starters import STARTERS
 from tests.cli.short_chain import GET_IT, scene_file
 from tests.command_line import Command, is_refused
@@ -93,17 +90,6 @@ def test_doctor_finds_everything_here(hertzchain: Command) -> None:
     assert all(line.startswith("ok ") for line in lines)
 
 
-def test_the_doctor_says_where_kernels_cannot_be_kept(
-    hertzchain: Command, folder: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setenv("PATH", str(folder))
-    monkeypatch.setattr(doctor, "_every_lammps", list)
-    monkeypatch.setattr(elastic.march, "_cache", NullCache())
-    why = "no folder to keep them can be written; name one in the environment variable"
-    said = f"--    kernels: compiled again in every process, 6 s, as {why} NUMBA_CACHE_DIR"
-    assert said in hertzchain("doctor").out.splitlines()
-
-
 def test_the_doctor_knows_every_package_that_is_needed() -> None:
     with (ROOT / "pyproject.toml").open("rb") as file:
         needed = tomllib.load(file)["project"]["dependencies"]
@@ -159,24 +145,6 @@ def test_variables_in_both_forms(hertzchain: Command) -> None:
     assert document["verdict"] == "pass"
     assert all(check["passed"] for check in document["checks"])
     assert len(document["peak_force_N"]) == 19
-
-
-@pytest.mark.lammps
-def test_a_right_deck_with_a_variable_from_outside_and_byte_order_marks(
-    hertzchain: Command, tmp_path: Path
-) -> None:
-    """A second LAMMPS, which evaluates a formula alone, has the variable, too."""
-    scene, deck, fixed = (tmp_path / name for name in ("scene.toml", "in.mine", "in.fixed"))
-    lines = DECK.read_text(encoding="utf-8").splitlines()
-    kept = [line for line in lines if not line.startswith("variable        F0 ")]
-    assert len(kept) == len(lines) - 1
-    deck.write_text("\n".join(kept) + "\n", encoding="utf-8-sig")
-    scene.write_text(SCENE.read_text(encoding="utf-8"), encoding="utf-8-sig")
-    done = hertzchain("examine", scene, deck, "--var", "F0=100", "--fix", fixed)
-    assert done.status == 0
-    assert f"{fixed} is not written: there is no correction" in " ".join(done.err.split())
-    assert not fixed.exists()
-    assert "units" not in hertzchain("lint", deck).out
 
 
 @pytest.mark.lammps

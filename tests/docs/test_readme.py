@@ -86,7 +86,6 @@ def test_the_picture_is_what_its_script_draws(
     kept, found = words_of(ROOT / shown), words_of(drawn)
     assert kept == found
     assert {"Verdict: pass", "peaks against the reference", "100 N", "time [ms]"} <= set(found)
-    assert found.count("✓") == sum(map(len, draw_picture.CHECKS.values()))
 
 
 def words_of(path: Path) -> list[str]:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 
-import pandas as pd
 import pytest
 
 import hertzchain as hc
@@ -54,15 +53,3 @@ def test_the_gallery_shows_what_its_decks_expect() -> None:
     texts = {entry.name: (FOLDER / entry.name).read_text(encoding="utf-8") for entry in GALLERY}
     assert README.read_text(encoding="utf-8") == readme(texts)
     assert table(texts).count("\n| `in.") == len(GALLERY)
-
-
-def test_speeds_on_a_page_are_those_that_were_measured() -> None:
-    """All that `make bench` writes, but for scenes with terms, which the picture has."""
-    path = ROOT / "validation/results/bench.csv"
-    bench = pd.read_csv(path, comment="#", dtype=str, keep_default_na=False)
-    bench = bench[bench["group"] != "K"]
-    rows = (
-        "| " + bench["figure"] + " | " + (bench["value"] + " " + bench["unit"]).str.strip() + " |"
-    )
-    shown = page("accuracy.md").split("| measured by `make bench` | |\n|---|---|\n")[1]
-    assert shown.split("\n\n")[0].split("\n") == rows.tolist()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import re
 from dataclasses import replace
 
@@ -159,42 +158,6 @@ def test_damping_of_a_contact_without_an_elastic_force_comes_first(
     assert check.name == "damping of contact 3"
     assert "the elastic force is 0 N" in check.sentence
     assert check in done.to_correct
-
-
-def test_contacts_that_pull_are_limited_by_a_word_where_no_law_has_all_pairs() -> None:
-    """One type cannot have the damping of granules of different mass."""
-    scene, radius = scene_of("viscoelastic"), np.linspace(5e-3, 4e-3, 12).tolist()
-    scene = replace(scene, chain=replace(scene.chain, radius=radius))
-    deck = changed(deck_of("viscoelastic", scene), types=np.ones(12, np.int64))
-    limited = replace(scene, contact=hc.Contact("viscoelastic", relaxation_time=0.5e-6))
-    (first, *_) = by_name(examined(limited, deck), "damping of").corrections
-    assert [lines[0].endswith(" viscoelastic limit_damping") for lines in first.values()] == [True]
-
-
-def test_an_effect_without_bounds_is_null_in_json(scene: hc.Scene, right: FoundDeck) -> None:
-    done = examined(scene, plus("missed_overlap", 3, 1e-6)(right))
-    assert by_name(done, "neighbours").effect == np.inf
-    json.dumps(done.to_dict(), allow_nan=False)
-    (check,) = (check for check in done.to_dict()["checks"] if check["name"] == "neighbours")
-    assert check["effect_on_peaks"] is None
-
-
-def test_a_radius_that_stands_for_a_diameter(scene: hc.Scene, right: FoundDeck) -> None:
-    """Its variable is right, and others use it: the command is tried, too."""
-    extra = (
-        "variable R equal 4.75e-3",
-        "create_atoms 1 single ${R} 0 0",
-        "set group all diameter ${R}",
-    )
-    definitions = [
-        replace(right.commands[0], text=text.replace("${R}", "4.75e-3"), written=text, line=line)
-        for line, text in enumerate(extra, start=20)
-    ]
-    commands = tuple(command for command in right.commands if "diameter" not in command.text)
-    deck = changed(times("radius", 0.5)(right), commands=(*definitions, *commands), first_run=14)
-    check = by_name(examined(scene, deck), "radius")
-    tried = [lines for edits in check.corrections for lines in edits.values()]
-    assert ("set group all diameter 0.0095",) in tried
 
 
 def test_a_crest_between_readings_is_no_smaller_peak(scene: hc.Scene, right: FoundDeck) -> None:

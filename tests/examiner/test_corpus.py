@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 import hertzchain as hc
-from hertzchain.errors import RunFailed
 from tests.engines.lammps.reading.chains import SCENE, Deck
 from tests.examiner.corpus import DECKS, VARIABLES, copied, scene_of
 
@@ -129,12 +128,3 @@ def test_the_shock_is_a_motion(scene: hc.Scene, more: str, begins: str, tmp_path
     examined = hc.examine(scene, Deck(more=more, steps=600).write(tmp_path))
     assert (examined.to_correct, examined.verdict) == ((), "pass")
     assert f"the shock begins {begins} s after" in examined.remarks[0]
-
-
-def test_granules_that_leave_the_box_in_minimize(tmp_path: Path) -> None:
-    """It takes no steps in time: no shorter one is asked for."""
-    overlaps = ["(v_i-1)*v_d", "(v_i-1)*v_d*0.5"]
-    changes = [*overlaps, "group           hit", "minimize 0 1e-12 1000 1000\ngroup hit"]
-    with pytest.raises(RunFailed, match="Lost atoms") as problem:
-        hc.examine(scene_of("steel"), copied(tmp_path, "steel_plain", changes))
-    assert "step" not in str(problem.value)

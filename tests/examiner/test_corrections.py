@@ -26,7 +26,6 @@ from tests.examiner.made import (
     changed,
     deck_of,
     examined,
-    first_guess,
     in_texts,
     plus,
     times,
@@ -279,14 +278,6 @@ def test_a_deck_with_a_wrong_number(name: str) -> None:
     deck, change = OF_NUMBERS[name]
     scene = scene_of(deck)
     is_as_expected(name, examined(scene, change(deck_of(deck, scene))))
-
-
-def test_a_wrong_poisson_ratio_is_corrected_in_its_line() -> None:
-    """The number that alone makes the stiffness."""
-    scene = scene_of("piston")
-    other = replace(scene, chain=replace(scene.chain, poisson_ratio=0.2))
-    (check,) = examined(scene, deck_of("piston", other, " 0.3 ", " 0.2 ")).to_correct
-    assert first_guess(check)[0].startswith("pair_coeff * * hertz/material 1.93e11 0.0 0.3 ")
 
 
 @pytest.mark.parametrize("name", ["spin", "two pistons", "a wall with a limit"])

@@ -9,14 +9,11 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.lammps.reading.deck import Executed, FoundDeck, FoundRun
+from hertzchain.engines.lammps.reading.contents import FoundDeck
 from hertzchain.engines.lammps.reading.text import Edits
 from hertzchain.errors import RunFailed, SceneError
-from hertzchain.examiner import examining
-from hertzchain.examiner.examined import DeckCheck, Finding, in_order
 from tests.examiner.corpus import scene_of
 from tests.examiner.made import (
-    STEP,
     by_name,
     changed,
     deck_of,
@@ -49,31 +46,6 @@ def test_the_fixed_deck(edits: Edits, fixed: str, scene: hc.Scene, right: FoundD
     done = replace(examined(scene, right), texts=tuple(TEXTS.items()), edits=edits)
     assert done.fix == fixed
     assert replace(done, texts=()).fix == ""
-
-
-def test_corrections_are_in_the_order_of_their_lines(scene: hc.Scene, right: FoundDeck) -> None:
-    done = examined(scene, right)
-    lines = done.corrections_of({("in.made", 3): ("a", "b"), ("in.made", 1): (), ("x", 2): ("c",)})
-    assert [(line.line, line.written, line.commands) for line in lines] == [
-        (1, "units si", ()), (2, "", ("c",)), (3, right.commands[2].written, ("a", "b")),
-    ]  # fmt: skip
-    assert lines[2].to_dict() == {"file": "in.made", "line": 3, "commands": ["a", "b"]}
-    outcome = replace(done, findings=(Finding(done.checks[:1], lines), Finding(done.checks[1:2])))
-    corrections = [finding["correction"] for finding in outcome.to_dict()["findings"]]
-    assert corrections == [[line.to_dict() for line in lines], None]
-
-
-def test_checks_are_in_the_order_of_their_effect() -> None:
-    """What failed, then what differs; an effect that is not known comes last among them."""
-    rows: dict[str, tuple[float | None, bool, bool]] = {
-        "as it is": (0.9, True, False), "unknown": (None, False, True),
-        "slight": (0.0, False, True), "much": (0.5, False, True), "small": (1e-5, True, True),
-        "larger": (1e-4, True, True), "also as it is": (0.0, True, False),
-    }  # fmt: skip
-    checks = [DeckCheck(name, "", 1, 1, *worth, "", "") for name, worth in rows.items()]
-    assert [check.name for check in in_order(checks)] == [
-        "much", "slight", "unknown", "larger", "small", "as it is", "also as it is",
-    ]  # fmt: skip
 
 
 @pytest.mark.parametrize(
@@ -115,39 +87,6 @@ def test_another_number_of_granules(name: str, more: int) -> None:
         assert (first.name, first.measured) == ("number of granules", count)
         assert first.expected == scene.chain.granules
         assert [check.kind for check in rest] == ["constant force"] * (name == "precompressed")
-
-
-def settled(deck: FoundDeck, *starts: float) -> FoundDeck:
-    """A deck of runs that begin at these times, whose shock begins with the last."""
-    runs = tuple(
-        FoundRun(start, STEP, round((end - start) / STEP), 12)
-        for start, end in zip(starts, (*starts[1:], starts[-1] + 5e-4), strict=True)
-    )
-    return changed(
-        deck, runs=runs, applied_time=np.append(0.0, deck.applied_time + starts[-1]),
-        applied_force=np.vstack([0 * deck.applied_force[:1], deck.applied_force]),
-        end_time=starts[-1] + 5e-4,
-    )  # fmt: skip
-
-
-def test_how_long_a_deck_settles(scene: hc.Scene, right: FoundDeck) -> None:
-    """Up to the run with which the shock begins."""
-    deck = settled(right, 0.0, 3e-5, 7e-5)
-    assert examining._settles(deck, scene) == pytest.approx(7e-5)
-    with_more = changed(deck, runs=(*deck.runs, FoundRun(6e-4, STEP, 5, 12)))
-    assert examining._settles(with_more, scene) == pytest.approx(7e-5)
-    for other in (changed(deck, stopped="x"), changed(deck, is_chain=False), right):
-        assert examining._settles(other, scene) == 0.0
-    later = examined(scene, settled(right, 0.0, 7e-5))
-    assert later.reference.scene.end_time == pytest.approx(5e-4)
-    assert later.to_correct == ()
-    assert not by_name(later, "applied force").differs
-    micro = changed(deck, units="micro")
-    assert examining._settles(micro, scene) == pytest.approx(70.0)
-    before = Executed("run 100", "in.made", 12, "run 100")
-    commands = (*right.commands[:-1], before, right.commands[-1])
-    late = examined(scene, changed(right, before=2e-5, commands=commands, first_run=13))
-    assert any("the shock begins 2e-05 s after" in remark for remark in late.remarks)
 
 
 def test_a_deck_without_steps(scene: hc.Scene, right: FoundDeck) -> None:
@@ -194,16 +133,6 @@ def test_units_that_are_others(scene: hc.Scene, right: FoundDeck) -> None:
         check = by_name(examined(scene, large), "radius")
         assert (str(check.place) == "in.made:1") == is_unit
         assert (first_guess(check) == ("units cgs",)) == is_unit
-
-
-def test_a_clock_that_does_not_begin_at_0(scene: hc.Scene, right: FoundDeck) -> None:
-    """A step number that is set shifts a formula of the time."""
-    later = Executed("reset_timestep 50", "in.made", 9, "reset_timestep 50")
-    commands = (*right.commands[:8], later, *right.commands[8:])
-    force = np.vstack([right.applied_force[50:], np.zeros((50, 20))])
-    deck = changed(right, commands=commands, first_run=13, applied_force=force)
-    check = by_name(examined(scene, deck), "applied force over")
-    assert [("reset_timestep 0",)] in [[*edits.values()] for edits in check.corrections]
 
 
 def test_damping_that_pulls(scene: hc.Scene, right: FoundDeck) -> None:

@@ -8,13 +8,10 @@ import numpy as np
 import pytest
 
 import hertzchain as hc
-from hertzchain.engines.lammps.reading.deck import Executed, FoundDeck, FoundRun
-from hertzchain.engines.lammps.reading.probing import DAMPED, DEPTHS
-from hertzchain.examiner import examined as of_case
+from hertzchain.engines.lammps.reading.contents import FoundDeck, FoundRun
 from hertzchain.examiner import measured, probes
 from hertzchain.examiner.examined import Case
 from hertzchain.examiner.examining import case_of
-from hertzchain.examiner.measured import law_of
 from hertzchain.limits import Deadline
 from tests.examiner.corpus import scene_of
 from tests.examiner.made import (
@@ -28,7 +25,6 @@ from tests.examiner.made import (
     times,
 )
 from tests.examiner.made import found as made_found
-from tests.examiner.test_corrections import held_for_fifty_steps
 
 
 def test_units_of_lj(scene: hc.Scene, right: FoundDeck) -> None:
@@ -56,21 +52,6 @@ def test_units_of_lj(scene: hc.Scene, right: FoundDeck) -> None:
     assert not by_name(examined(scene, weaker), "peak of the applied").passed
 
 
-@pytest.mark.parametrize(
-    ("force", "stiffness", "exponent"),
-    [
-        ([0.0, 0.0, 0.0], 0.0, 1.5),  # nothing pushes
-        ([0.0, 0.0, 5.0 * 4**1.5], 5.0, 1.5),  # one overlap alone: Hertz's exponent is taken
-        ([3.0, 6.0, 12.0], 3.0, 1.0),
-        ([7.0, np.nan, 7.0 * 4**2], 7.0, 2.0),
-    ],
-)
-def test_the_law_of_a_contact(force: list[float], stiffness: float, exponent: float) -> None:
-    for order in (slice(None), slice(None, None, -1)):
-        law = law_of(np.array([1.0, 2.0, 4.0])[order], np.array(force)[order], 2.0, 3.9)
-        assert (law.stiffness, law.exponent) == pytest.approx((stiffness, exponent), rel=1e-14)
-
-
 def two_runs(deck: FoundDeck, start: float) -> FoundDeck:
     """A deck that runs before its shock: all that happens comes later."""
     (run,) = deck.runs
@@ -96,29 +77,6 @@ def test_a_shock_begins_with_the_run_that_fits(
     # One of another shape begins at the nearest run.
     begun = measured.start_of_shock(changed(deck, applied_force=force**2 / 100), scene)
     assert begun == min(start, 200 * STEP)
-
-
-@pytest.mark.parametrize(
-    ("name", "command", "begin"), [("wall", "velocity", 4e-5), ("wall", "print", 0.0)]
-)
-def test_a_shock_without_force_begins_after_its_velocity(
-    name: str, command: str, begin: float
-) -> None:
-    scene = scene_of(name)
-    deck = two_runs(deck_of(name, scene), 200 * STEP)
-    later = Executed(f"{command} first set 0.5 0 0", "in.made", 12, "")
-    commands = (*(c for c in deck.commands if "velocity" not in c.text[:9]), later)
-    deck = changed(deck, commands=commands)
-    assert measured.start_of_shock(deck, scene) == 0.0  # granules move at the start already
-    still = changed(deck, velocity=0 * deck.velocity)
-    assert measured.start_of_shock(still, scene) == pytest.approx(begin)
-
-
-def test_a_piston_begins_to_move() -> None:
-    scene = scene_of("piston")
-    deck = deck_of("piston", scene)
-    late = changed(deck, driven_time=deck.driven_time + 3e-5)
-    assert measured.start_of_shock(late, scene) == 3e-5
 
 
 @pytest.mark.parametrize(
@@ -162,38 +120,6 @@ def test_a_held_end_is_one_under_load(moved: float, is_load: bool) -> None:
     assert measured.with_held(deck, laws[:-1], 0.0) is deck
 
 
-def test_a_wall_begins_where_its_force_does() -> None:
-    """A force of Hertz's law that shows a little late among others; no other law is moved."""
-    scene = scene_of("wall")
-    deck = deck_of("wall", scene)
-    (wall,) = deck.walls
-    for late, moved in ((1e-9, True), (1e-7, False)):
-        shift = late * wall.overlap[-1]
-        push = wall.force * ((wall.overlap + shift) / wall.overlap) ** 1.5
-        moved_wall = measured.far_wall(changed(deck, walls=(replace(wall, force=push),)))
-        by = shift if moved else 0.0
-        assert moved_wall.position - wall.position == pytest.approx(-by, rel=1e-3, abs=1e-17)
-        assert moved_wall.overlap - wall.overlap == pytest.approx(by, rel=1e-3)
-        assert moved_wall.damped_overlap - wall.damped_overlap == pytest.approx(by, rel=1e-3)
-
-
-def test_a_deck_may_have_another_law_of_damping_than_its_scene() -> None:
-    scene = scene_of("viscoelastic")
-    deck = deck_of("viscoelastic", scene)
-    elastic = deck.contact_force[[DEPTHS.index(depth) for depth, _ in DAMPED]]
-    dashpots = changed(deck, damped_force=elastic + 5.0 * deck.closing)
-    numbers = measured.damping_of(dashpots, scene)
-    assert numbers["damping_exponent"] == 0.0
-    assert numbers["damping"] == pytest.approx(np.full(11, 5.0), rel=1e-9)
-
-
-def test_a_piston_of_a_table() -> None:
-    piston = hc.Piston(time=(0.0, 1e-4, 2e-4), displacement=(0.0, 3e-5, 3e-5))
-    time = np.array([-1e-5, 0.0, 5e-5, 1.5e-4])
-    assert measured.displacement(piston, time) == pytest.approx([0, 0, 1.5e-5, 3e-5])
-    assert measured.displacement(hc.Piston(0.2), time) == pytest.approx([0, 0, 1e-5, 3e-5])
-
-
 def test_a_piston_that_goes_astray_for_a_moment() -> None:
     """The displacement where it is off the most, not the largest one, is shown."""
     scene = scene_of("piston")
@@ -214,14 +140,6 @@ def given(scene: hc.Scene, deck: FoundDeck) -> Case:
     return case_of(scene, deck, 1e-3, Deadline(60.0), {})[0]
 
 
-def test_digits_of_a_pulse_are_those_of_its_impulse() -> None:
-    scene = scene_of("precompressed")
-    deck = deck_of("precompressed", scene)
-    pulse = probes._pulse(given(scene, times("applied_force", 1.02)(deck)))
-    assert pulse.digits == pytest.approx(0.02, rel=1e-6)
-    assert probes._pulse(given(scene, held_for_fifty_steps(deck))).digits == 0
-
-
 def test_a_force_at_a_jump_is_that_of_either_side() -> None:
     """The pulse ends at the reading 200, up to less than a millionth of a step."""
     table = hc.PulseTable((0.0, 2e-5, 4e-5), (100.0, 80.0, 100.0))
@@ -232,11 +150,3 @@ def test_a_force_at_a_jump_is_that_of_either_side() -> None:
             change = both(plus("applied_time", 200, late), plus("applied_force", (200, 0), more))
             pulse = probes._pulse(given(scene, change(deck)))
             assert pulse.measured == pulse.expected == 100.0
-
-
-def test_granules_in_words() -> None:
-    words = {"granule 4": [3], "granules 4 to 6": [3, 4, 5], "granules 4, 8": [3, 7],
-             "all granules": range(20), "no granule": [],
-             "granules 1, 3, 5, 7 and 2 more": [0, 2, 4, 6, 8, 10]}  # fmt: skip
-    for name, granules in words.items():
-        assert of_case.names(np.array(granules, np.intp), 20, "granule", 1) == name

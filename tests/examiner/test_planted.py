@@ -2,19 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from dataclasses import replace
-from datetime import UTC, datetime
 from pathlib import Path
 
 import pytest
-from markupsafe import escape
 
 import hertzchain as hc
-from hertzchain.report.document import to_xml
-from hertzchain.report.documents import of_examination
-from hertzchain.report.page import page_of
 from tests.examiner.corpus import (
     DEFECTS,
     HARMLESS,
@@ -56,17 +50,6 @@ def is_found(examined: hc.DeckExamination, mistake: Mistake) -> None:
         name.startswith(mistake.check) and any(mistake.line in line for line in lines)
         for name, lines in blamed
     ), blamed
-
-
-def is_reported(examined: hc.DeckExamination) -> None:
-    """Assert that all reports can be made, and have what is to correct."""
-    document = of_examination(examined)
-    json.dumps(document.numbers(), allow_nan=False)
-    page = page_of(document)
-    xml = to_xml([document.suite("scene", datetime.now(UTC), 1.0)])
-    for check in examined.to_correct:
-        assert escape(check.sentence) in page
-    assert xml.count("<failure") + xml.count("<error") == 1 - examined.passed
 
 
 def with_corrections(
@@ -112,7 +95,6 @@ def test_a_mistake_is_found_and_corrected(name: str, tmp_path: Path) -> None:
     assert ("trying corrections" in said) == examined.contents.is_chain
     assert examined.verdict == "fail"
     is_found(examined, mistake)
-    is_reported(examined)
     fixed = tmp_path / "in.fixed"
     fixed.write_text(examined.fix, encoding="utf-8")
     whole = hc.examine(examined.scene, fixed, strict=strict)
@@ -124,12 +106,6 @@ def test_a_mistake_is_found_and_corrected(name: str, tmp_path: Path) -> None:
         corrected = {check.kind for k in tried for check in examined.findings[k].checks}
         assert not corrected & {check.kind for check in after.to_correct}
         nothing_is_worse(examined, after)
-
-
-def test_few_mistakes_are_not_corrected() -> None:
-    assert len(MISTAKES) >= 60
-    assert len({*UNFIXED, *DEFECTS}) <= len(MISTAKES) // 6
-    assert {*UNFIXED, *DEFECTS} <= {*MISTAKES, *map(" and ".join, PAIRS)}
 
 
 @pytest.mark.parametrize(

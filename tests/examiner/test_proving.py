@@ -6,7 +6,6 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
-import numpy as np
 import pytest
 
 import hertzchain as hc
@@ -207,15 +206,6 @@ def test_corrections(name: str, scene: hc.Scene, right: FoundDeck) -> None:
     assert printed.count("this follows from 1") == sum(row[3] == 0 for row in findings)
 
 
-def test_a_variable_that_is_right_is_not_to_blame(scene: hc.Scene, right: FoundDeck) -> None:
-    """Its command is: the line that is corrected, not one that is taken out."""
-    both = {("in.made", 2, LINES[1]): (LINES[1],), **LAW}
-    deck = Deck(scene, right, [failed("law", 1, both)], mass_and_law)
-    (check, _) = deck.proven().checks
-    assert check.place == Place("in.made", 3, LINES[2], 2)
-    assert check.command == "right law"
-
-
 def test_time_is_over(scene: hc.Scene, right: FoundDeck) -> None:
     """What is proven by then is in the fixed deck, with a remark that not all was tried."""
     deck = Deck(scene, right, [failed("mass", 2, MASS), failed("law", 3, LAW)], mass_and_law)
@@ -233,34 +223,3 @@ def test_time_is_over(scene: hc.Scene, right: FoundDeck) -> None:
     ]  # fmt: skip
     assert done.edits == {("in.made", 2): ("right mass",)}
     assert done.remarks[-1].startswith("not all corrections were tried")
-
-
-def test_no_worse(scene: hc.Scene, right: FoundDeck) -> None:
-    """A deck that dies is worse than one that ends, and no peaks are compared with those of one."""
-
-    def of(*names: str, error: float = 0.1, stopped: str = "") -> hc.DeckExamination:
-        checks = [failed("mass", 2), failed("law", 3)]
-        examination = Deck(scene, right, checks, lambda _: (names, error))({})
-        return replace(examination, contents=changed(examination.contents, stopped=stopped))
-
-    both, dead = of("mass", "law"), of("mass", "law", stopped="lost atoms")
-    assert correct.is_no_worse(both, of("law"))
-    assert not correct.is_no_worse(of("law"), of("mass"))
-    assert not correct.is_no_worse(both, of("law", stopped="lost atoms"))
-    assert not correct.is_no_worse(both, of("law", error=0.2))
-    assert correct.is_no_worse(both, of("law", error=0.2), peaks=False)
-    judged, late = np.arange(19) < 18, of("law")
-    peaks = np.where(judged, 1.0, 2.0) * late.contents.peak_force
-    late = replace(late, contents=changed(late.contents, peak_force=peaks), judged=judged)
-    assert correct.is_no_worse(both, late)  # one judges the last contact, the other does not
-    assert correct.is_no_worse(dead, of("law", error=0.2))
-    assert correct.is_no_worse(dead, of("law", stopped="lost atoms"))
-
-
-def test_changes_on_top_of_changes() -> None:
-    once = correct.combined({}, edit(2, "a", LINES[1], "b"))
-    assert once == {("in.made", 2): ("a", LINES[1], "b")}
-    assert correct.combined(once, {**edit(2, "c"), **LAW}) == {
-        ("in.made", 2): ("a", "c", "b"), ("in.made", 3): ("right law",)
-    }  # fmt: skip
-    assert correct.combined({("in.made", 2): ("a",)}, edit(2, "c")) is None

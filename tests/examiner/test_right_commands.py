@@ -10,8 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-import hertzchain as hc
-from hertzchain.engines.lammps.reading.deck import UNITS
+from hertzchain.engines.lammps.reading.contents import UNITS
 from hertzchain.examiner import correct
 from hertzchain.examiner.examined import Case
 from hertzchain.examiner.examining import case_of
@@ -121,80 +120,3 @@ def test_commands_of_a_scene(row: int) -> None:
     lines = commands(example_of())
     assert (lines is None) == (expected is None)
     assert_alike(lines or [], expected or [])
-
-
-def test_places_begin_at_granule_1() -> None:
-    """Granules of rubber press one another, more so further down."""
-    first, *_, last = correct.place_commands(case("column", "cgs", **DOWN)) or []
-    assert first == "set atom 1 x 1 y 0 z 30"
-    assert last.startswith("set atom 10 x 1 y 0 z 12.07263")
-    assert correct.place_commands(case("column", ids=np.arange(9))) is None
-
-
-@pytest.mark.parametrize(
-    ("contact", "version", "number", "words"),
-    [
-        (hc.Contact("restitution", restitution=0.9), "20220804", "0.9",
-         " damping coeff_restitution limit_damping"),
-        (hc.Contact("restitution", restitution=0.9), "20220803", "0.9",
-         " damping coeff_restitution"),
-        (hc.Contact("restitution", restitution=0.9, attraction=True), "20250722", "0.9",
-         " damping coeff_restitution"),
-        (hc.Contact("dashpot", coefficient=0.25), "20250722", "250",
-         " damping velocity limit_damping"),
-    ],
-)  # fmt: skip
-@pytest.mark.parametrize("of_wall", [False, True])
-def test_words_of_damping(
-    contact: hc.Contact, version: str, number: str, words: str, of_wall: bool
-) -> None:
-    """In cgs: a dashpot of 1 kg/s is one of 1000 g/s, and of 1e9 pg/us. A wall may have another."""
-    example = case("wall", "cgs")
-    wall = hc.Wall("rigid", **{f"{contact.damping}".replace("dashpot", "coefficient"): 0.5})
-    scene = replace(example.scene, contact=contact, wall=wall)
-    number = {"0.9": "0.5", "250": "500"}[number] if of_wall else number
-    k = scene.granules.mass.size - 1 if of_wall else 3
-    example = replace(example, scene=scene)
-    assert correct.damping_words(example, k, version) == (number, words)
-    small, _ = correct.damping_words(replace(example, units=UNITS["micro"]), k, version)
-    assert float(small) == float(number) * (1 if contact.restitution else 1e6)
-
-
-PULSE = hc.Pulse("cosine", 100.0, 2.0, rise_time=3e-5)
-
-
-def test_pairs_of_types() -> None:
-    """Types that never touch have coefficients, too; one pair has one law."""
-    scene = hc.Scene(
-        hc.Chain(4, radius=5e-3, young_modulus=[70e9, 70e9, 200e9, 200e9], poisson_ratio=0.3,
-                 density=7800.0),
-        PULSE,
-    )  # fmt: skip
-    laws = [f"{4 / 3 * young:.10g}" for young in (
-        modulus(70e9, 0.3), 1 / (1 / (2 * modulus(70e9, 0.3)) + 1 / (2 * modulus(200e9, 0.3))),
-        modulus(200e9, 0.3),
-    )]  # fmt: skip
-    example = replace(case("wall"), scene=scene)
-
-    def lines(*types: int) -> list[str] | None:
-        deck = changed(example.deck, types=np.array(types))
-        commands = correct.law_commands(replace(example, deck=deck))
-        return None if commands is None else [" ".join(line.split()[1:6]) for line in commands]
-
-    assert lines(1, 1, 2, 2) == ["granular", *(
-        f"{pair} hertz {law} 0.0" for pair, law in zip(("1 1", "1 2", "2 2"), laws, strict=True)
-    )]  # fmt: skip
-    like, mixed, stiff = laws
-    assert lines(1, 3, 3, 2) == ["granular", *(
-        f"{pair} hertz {law} 0.0" for pair, law in {
-            "1 1": like, "1 2": like, "1 3": like, "2 2": like, "2 3": stiff, "3 3": mixed
-        }.items()
-    )]  # fmt: skip
-    assert lines(1, 1, 1, 2) is None  # granules 1, 2 and 3 are of one type, and not alike
-
-
-def test_fixed_granules_of_damped_contacts_are_frozen() -> None:
-    damped = replace(case("fixed").scene, contact=hc.Contact("restitution", restitution=0.9))
-    assert correct.freeze_commands(replace(case("fixed"), scene=damped)) == [
-        "group fixed id 9", "fix freeze fixed freeze"
-    ]  # fmt: skip

@@ -22,8 +22,10 @@ from hertzchain.known import answer
 from hertzchain.known.answer import KnownAnswer, deck, deck_step, known_answer, lay_out, looked_at
 from hertzchain.observables.peaks import largest_difference
 from tests.conftest import STEEL, paper_scene
-from tests.engines.native.test_terms import DIMER, PULSE, SCENES
 from tests.oracles.sampled_maxima import sampled_maxima
+from tests.scenes import DIMER, PULSE, RESTITUTION, RIGID, VISCOELASTIC
+from tests.scenes import EIGHT as CHAIN
+from tests.scenes import TERMS as SCENES
 from validation.gallery import FOLDER, GALLERY, Entry
 
 NUMBER = re.compile(r"(?<![\w.])\d+\.?\d*(?:e[-+]?\d+)?(?![\w.])")
@@ -116,6 +118,10 @@ def test_two_processors_find_the_same_peaks(tmp_path: Path) -> None:
     status, screen = run(path, tmp_path, ranks=2)
     assert (status, "2 by 1 by 1 MPI processor grid" in screen) == (0, True), screen
     assert peaks(tmp_path) == pytest.approx(alone, rel=1e-10, abs=0)
+    # Steps a half longer, and as many of them.
+    longer = re.sub(r"^timestep (\S+)", r"timestep $(1.5*\1:%.17g)", path.read_text(), flags=re.M)
+    path.write_text(longer)
+    assert verdict(path, ranks=2) == "FAIL"
 
 
 @pytest.mark.lammps
@@ -169,10 +175,7 @@ def test_what_is_never_pressed_has_no_answer() -> None:
 
 # Scenes of every kind
 
-CHAIN = hc.Chain(8, **STEEL)
-RESTITUTION = hc.Contact("restitution", restitution=0.8)
-VISCOELASTIC = hc.Contact("viscoelastic", relaxation_time=1e-6)
-LOAD, RIGID = hc.Precompression(10.0), hc.Wall("rigid")
+LOAD = hc.Precompression(10.0)
 
 TABLE = hc.PulseTable((0.0, 2e-5, 5e-5), (40.0, 100.0, 30.0))
 
@@ -310,16 +313,6 @@ def test_a_mistake_in_a_deck_fails(mistake: str, tmp_path: Path) -> None:
 
 
 EVERY_TERM = ALL["all at once"]
-
-
-@pytest.mark.parametrize("name", ["restitution", "attraction"])
-def test_contacts_pull_where_the_scene_says_so(name: str, tmp_path: Path) -> None:
-    """Where they may not, every line with damping has the limit: peaks alone hardly show it."""
-    lines = written(ALL[name], tmp_path, RTOL[name]).read_text().splitlines()
-    damped = [line for line in lines if "damping ${damping}" in line]
-    assert damped
-    is_limited = ALL[name].contact is RESTITUTION
-    assert all(("limit_damping" in line) == is_limited for line in damped)
 
 
 @pytest.mark.lammps

@@ -16,7 +16,7 @@ import hertzchain as hc
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps.engine import command, engine
 from hertzchain.errors import HertzchainError
-from hertzchain.known.unit_test import SEGMENTS, known_motion, let_go, unit_test
+from hertzchain.known.unit_test import known_motion, unit_test
 from tests import scenes
 from tests.command_line import Command
 from tests.conftest import STEEL, paper_scene
@@ -187,27 +187,6 @@ def test_what_no_test_can_have_is_refused(scene: hc.Scene, said: str) -> None:
         known_motion(scene)
 
 
-KEYS = [
-    *("lammps_version", "tags", "date_generated", "epsilon", "skip_tests", "prerequisites"),
-    *("pre_commands", "post_commands", "input_file"),
-]
-"""The header of a file in the suite, in this order."""
-
-
-def test_the_file_has_the_keys_of_the_drivers() -> None:
-    """Those of TestConfigReader in unittest/granular, and no others."""
-    config = read(text_of("demo"))
-    assert list(config)[: len(KEYS)] == KEYS
-    assert set(config) - set(KEYS) == {
-        *("natoms", "variables", "pair_style", "pair_coeff", "run_segments"),
-        *("init_forces", "run_forces", "run_pos", "run_vel"),
-    }
-    assert config["date_generated"] == DATE
-    granules = int(config["natoms"])
-    assert rows(config["init_forces"]).shape == (granules, 4)
-    assert rows(config["run_pos"]).shape == (len(SEGMENTS) * granules, 5)
-
-
 def test_the_file_gives_raw_material_and_full_digits() -> None:
     scene = scenes.load("demo")
     motion = known_motion(scene)
@@ -218,16 +197,6 @@ def test_the_file_gives_raw_material_and_full_digits() -> None:
     assert [float(place) for place in created] == motion.start.position.tolist()
     velocities = re.findall(r"set atom \d+ vx (\S+)", text)
     assert [float(velocity) for velocity in velocities] == motion.start.velocity.tolist()
-
-
-def test_gaps_stay_gaps() -> None:
-    scene = paper_scene("cosine", 1.0, 2.0)
-    diameter = 2 * scene.chain.radius
-    motion = let_go(scene, np.array([-1.01, 0.0, 1.01]) * diameter, np.array([0.5, 1.0, 1.5]))
-    assert all(np.all(moment.force == 0) for moment in (motion.start, *motion.snapshots))
-    time = motion.dt * sum(SEGMENTS)
-    expected = motion.start.position + time * motion.start.velocity
-    assert motion.snapshots[-1].position == pytest.approx(expected, rel=1e-14, abs=0)
 
 
 def test_the_command(tmp_path: Path, hertzchain: Command) -> None:

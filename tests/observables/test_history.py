@@ -9,10 +9,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
-from numpy.polynomial import Polynomial
-from scipy.integrate import quad
 
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
@@ -25,8 +21,7 @@ from hertzchain.observables.samples import (
     Samples,
     wanted_times,
 )
-from hertzchain.observables.watch import PeakWatch, work_done
-from hertzchain.scene.shocks import Ramp
+from hertzchain.observables.watch import PeakWatch
 from tests.conftest import paper_scene
 from tests.oracles.first_pulses import Trace
 
@@ -98,17 +93,6 @@ def test_blocks_vs_one_block(split: int) -> None:
     assert parts.displacement == pytest.approx(whole.displacement, rel=0, abs=1e-15)
     assert parts.velocity == pytest.approx(whole.velocity, rel=0, abs=1e-13)
     assert parts.contact_force == pytest.approx(whole.contact_force, rel=0, abs=1e-14)
-
-
-def test_units_scale_what_was_recorded() -> None:
-    recorder = Recorder(np.array([0.55]), 3)
-    recorder.update(samples_of(np.linspace(0.0, 1.0, 11)), SIGNALS)
-    plain = recorder.history(np.array([0.55]))
-    scaled = recorder.history(np.array([5.5]), length=2.0, velocity=4.0, force=8.0)
-    assert scaled.time.tolist() == [5.5]
-    assert np.array_equal(scaled.displacement, 2 * plain.displacement)
-    assert np.array_equal(scaled.velocity, 4 * plain.velocity)
-    assert np.array_equal(scaled.contact_force, 8 * plain.contact_force)
 
 
 # Wanted times
@@ -240,63 +224,6 @@ def test_force_over_time_needs_a_contact_and_a_record(filmed: hc.Result) -> None
             filmed.force_at(contact)  # type: ignore[arg-type]
     with pytest.raises(SceneError, match="run with record = a number of frames, or times"):
         hc.Native().run(SCENE).force_at(2)
-
-
-def with_another(
-    first: Callable[[FloatArray, int], FloatArray],
-) -> Callable[[FloatArray, int], FloatArray]:
-    """The motion of two granules, of which the second moves otherwise and must not count."""
-    return lambda time, k: np.stack(
-        [np.broadcast_to(first(time, k), time.shape), np.cos(time + k)], axis=1
-    )
-
-
-def polynomial_motion(displacement: Polynomial) -> Callable[[FloatArray, int], FloatArray]:
-    return lambda time, k: np.asarray((displacement.deriv(k) if k else displacement)(time))
-
-
-terms = st.floats(-1.0, 1.0)
-
-
-@pytest.mark.parametrize(("jerk", "degree"), [(False, 5), (True, 7)])
-@given(data=st.data(), first=terms, last=terms)
-@settings(deadline=None, max_examples=50)
-def test_linear_ramp_times_polynomial_velocity_is_exact(
-    jerk: bool, degree: int, data: st.DataObject, first: float, last: float
-) -> None:
-    """The interpolant meets the displacement, and four Gauss points meet degree seven."""
-    displacement = Polynomial(data.draw(st.lists(terms, min_size=degree + 1, max_size=degree + 1)))
-    start, end = 0.2, 1.4
-    force = Polynomial([first, (last - first)])(Polynomial([-start, 1.0]) / (end - start))
-    antiderivative = (force * displacement.deriv()).integ()
-    time = start + (end - start) * np.array([0.0, 0.1, 0.45, 0.7, 1.0])
-    work = work_done(
-        samples_of(time, jerk, with_another(polynomial_motion(displacement))),
-        Ramp(start, end, first, last, "linear"),
-    )
-    # Velocities up to 7 * 1.4^6 / 0.4 = 130 from a basis of size up to 84.
-    expected = antiderivative(end) - antiderivative(start)
-    assert work == pytest.approx(expected, rel=0, abs=1e-12)
-
-
-@pytest.mark.parametrize(("jerk", "order"), [(False, 6), (True, 8)])
-def test_cosine_ramp_vs_scipy(jerk: bool, order: int) -> None:
-    ramp = Ramp(0.5, 3.5, 0.2, 1.0, "cosine")
-
-    def power(t: float) -> float:
-        return (0.2 + 0.4 * (1 - math.cos(math.pi * (t - 0.5) / 3))) * math.cos(t)
-
-    exact, _ = quad(power, 0.5, 3.5, epsabs=1e-14, epsrel=1e-13)
-
-    def error(intervals: int) -> float:
-        time = np.linspace(0.5, 3.5, intervals + 1)
-        moves = with_another(lambda t, k: np.sin(t + k * np.pi / 2))
-        return abs(float(work_done(samples_of(time, jerk, moves), ramp)) - exact)
-
-    # Intervals of 0.05: far below the work of order 1.
-    assert error(60) < 1e-12
-    # The order of the interpolated displacement; the four Gauss points have 8.
-    assert math.log2(error(3) / error(6)) == pytest.approx(order, abs=0.5)
 
 
 @pytest.mark.parametrize("samples", [11, 12, 17, 31])

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 import pytest
@@ -13,8 +12,8 @@ from numpy.polynomial import Polynomial
 from scipy.integrate import quad
 
 from hertzchain.arrays import FloatArray
-from hertzchain.observables import intervals
-from hertzchain.observables.observer import curvature_at, curve_of, slope_at, value_at
+from hertzchain.observables.interpolant import curvature_at, slope_at, value_at
+from hertzchain.observables.observer import curve_of
 from hertzchain.observables.samples import DampedLaw, Samples, true_forces
 from hertzchain.observables.watch import PeakWatch
 from hertzchain.scene.schedule import Leg
@@ -87,48 +86,6 @@ def test_contacts_that_may_not_pull_do_not_in_a_softer_code(attraction: bool, pu
     softer = 0.1 * damped.force(OVERLAP, 0 * OVERLAP)
     force = damped.with_rate(softer, OVERLAP, 0 * OVERLAP, -4.0 + 0 * OVERLAP)
     assert bool(np.any(force < 0)) is pulls
-
-
-ROUND_OFF = 1e-14
-
-
-def at_touch(before: tuple[float, float, float], after: float, h: float) -> Any:
-    """What ``touch`` tells of a contact without a damper; ``after`` is the acceleration at h."""
-    nan = math.nan
-    return intervals.touch((*before, nan), (nan, nan, after, nan), h, 0.0, 0.0, 0.0, 0.0)
-
-
-def test_first_touch_of_a_cubic_motion_is_exact() -> None:
-    """-2 - t^2 / 2 + t^3 from 1 to 3."""
-    exact = next(t.real for t in np.roots([1, -0.5, 0, -2]) if abs(t.imag) < ROUND_OFF)
-    later, (_, speed, growth, _), doubt = at_touch((-1.5, 2.0, 5.0), 17.0, 2.0)
-    assert 1 + later == pytest.approx(exact, rel=ROUND_OFF, abs=0)
-    assert speed == pytest.approx(3 * exact**2 - exact, rel=ROUND_OFF, abs=0)
-    assert growth == pytest.approx(6 * exact - 1, rel=ROUND_OFF, abs=0)
-    assert doubt == pytest.approx(12 * (exact - 1), rel=ROUND_OFF, abs=0)
-
-
-def pushed_by_a_damper(t: float) -> tuple[float, float, float]:
-    """Overlap, rate and acceleration of a sphere that a damper of rate 1 sets in motion."""
-    return t - 1 + np.exp(-t) - 0.5, 1 - np.exp(-t), np.exp(-t)
-
-
-TOUCH = 1.198290437315664
-"""Where the overlap above is 0 (by Newton's method)."""
-
-
-@pytest.mark.parametrize("offset", [0.2, 0.5, 0.8])
-def test_the_speed_of_first_touch_is_of_third_order_and_within_its_bound(offset: float) -> None:
-    assert abs(pushed_by_a_damper(TOUCH)[0]) < 1e-12
-    errors = []
-    for h in (0.2, 0.1, 0.05):
-        begin = TOUCH - offset * h
-        after = pushed_by_a_damper(begin + h)[2]
-        _, (_, speed, *_), doubt = at_touch(pushed_by_a_damper(begin), after, h)
-        errors.append(abs(speed - pushed_by_a_damper(TOUCH)[1]))
-        assert errors[-1] < doubt
-    order = np.log2(np.array(errors[:-1]) / errors[1:])
-    assert np.all(np.abs(order - 3) < 0.3), order
 
 
 @pytest.mark.parametrize("interval", [0.3, 1.0])

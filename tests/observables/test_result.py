@@ -101,24 +101,7 @@ def test_contacts_that_were_never_pressed_are_null() -> None:
     assert set(document["solitary_wave"].values()) == {None}
 
 
-@pytest.mark.parametrize("dt", [0.5, 0.65])
-def test_a_few_right_digits_are_given_with_an_error_as_large(dt: float) -> None:
-    scene = paper_scene("cosine-triangular", 1.0, 2.0, granules=8)
-    document = through_json(hc.Native("rk4", dt=dt * scene.units.time).run(scene))
-    assert 0.1 < document["error_estimate"] < 1
-    assert min(document["peak_force_N"]) > 0
-
-
 # Short runs
-
-
-def test_a_run_that_ends_before_its_shock_begins() -> None:
-    table = hc.PulseTable((1e-4, 2e-4), (100.0, 100.0))
-    scene = hc.Scene(hc.Chain(3, **STEEL), table, hc.Run(5e-5))
-    document = through_json(hc.Native("rk4").run(scene))
-    assert document["rise_time_s"] is None
-    assert document["peak_force_N"] == [0.0, 0.0]
-    assert document["peak_time_s"] == [None, None]
 
 
 # Warnings

@@ -16,10 +16,7 @@ from matplotlib.image import imread
 
 import hertzchain as hc
 from hertzchain import showing
-from hertzchain.report.console import plain_text, print_document
-from hertzchain.report.document import Finding
-from hertzchain.report.documents import of_examination
-from hertzchain.showing import shown_progress
+from hertzchain.report.verdicts import of_examination
 from hertzchain.verdict.check import Check, Kind
 from tests.command_line import Command
 from tests.conftest import paper_scene
@@ -51,11 +48,6 @@ def comparison(both: hc.Comparison) -> hc.Comparison:
 def judgement(native: hc.Comparison) -> hc.Judgement:
     """Peaks that are a hundredth too high."""
     return hc.judge(SCENE, native.native.peak_force * 1.01)
-
-
-@pytest.fixture(scope="module")
-def batch() -> hc.Batch:
-    return hc.similar_peak_forces("cosine", np.linspace(0.5, 2.0, 20), 2.0, 10)
 
 
 @pytest.fixture(scope="module")
@@ -105,74 +97,6 @@ def test_a_chain_prints_as_it_is_made() -> None:
     assert eval(repr(SCENE.chain), {"Chain": hc.Chain}) == SCENE.chain  # noqa: S307 - our own
 
 
-@pytest.mark.parametrize("rows", [6, 7, 5000])
-def test_long_tables_print_their_first_six_values(rows: int) -> None:
-    values = tuple(float(k) for k in range(rows))
-    more = ", ..." if rows > 6 else ""
-    shown = f"(0.0, 1.0, 2.0, 3.0, 4.0, 5.0{more})"
-    table, piston = hc.PulseTable(values, values), hc.Piston(time=values, displacement=values)
-    chain = hc.Chain(rows, [k + 1.0 for k in values], 1.0, 0.3, 1.0)
-    assert repr(table) == f"PulseTable(time={shown}, force={shown}, file=None, granule=1)"
-    assert f"time={shown}, displacement={shown}" in repr(piston)
-    assert f"radius=(1.0, 2.0, 3.0, 4.0, 5.0, 6.0{more}), young_modulus=1.0" in repr(chain)
-
-
-def test_verdicts_are_true_if_they_pass(
-    comparison: hc.Comparison, judgement: hc.Judgement, examination: hc.DeckExamination
-) -> None:
-    assert not comparison
-    assert not judgement
-    assert not examination
-    assert replace(comparison, checks=())
-    assert replace(judgement, given=judgement.reference.peak_force)
-    assert replace(examination, checks=())
-
-
-def test_a_batch_prints_its_range(batch: hc.Batch) -> None:
-    assert repr(batch).startswith("Batch")
-    assert len(repr(batch).split("\n")) <= MOST_LINES
-    low, high = re.findall(r"\d\.\d+", fact(batch, "largest peaks"))
-    largest = batch.peak_force.max(axis=1)
-    found_range = [float(low), float(high)]
-    assert found_range == pytest.approx([largest.min(), largest.max()], rel=1e-6)
-    assert fact(batch, "scenes") == "20, of 10 granules each"
-    assert "not peaked" not in repr(batch)
-    passed = batch.peak_passed.copy()
-    passed[1, :3] = False
-    left = fact(replace(batch, peak_passed=passed), "not peaked yet")
-    assert left == "3 contacts where the run ended"
-    assert fact(batch, "errors, at most") == f"{batch.error_estimate.max():.1e}"
-
-
-def test_a_sweep_prints_what_varies(sweep: hc.Sweep, tmp_path: Path) -> None:
-    names = "shock.momentum_ratio, shock.duration_ratio"
-    assert repr(sweep) == f"Sweep: {sweep.rows} rows over {names}, kept in memory"
-    vary = {"chain.radius": "1 mm:3 mm"}
-    many = hc.sweep(SCENE, vary, samples=4, output=tmp_path / "kept")
-    kept = f"Sweep: 4 rows over chain.radius, kept in {tmp_path / 'kept'}"
-    assert repr(many) == repr(hc.Sweep.load(tmp_path / "kept")) == kept
-
-
-def test_a_result_is_printed_as_run_does(result: hc.Result) -> None:
-    assert "Peak force of each contact" not in repr(result)  # that heads a verdict's
-    assert "to 12, are in to_frame())" in repr(result)
-    assert "Verdict" not in repr(result)
-    (peaks,) = replace(result, backend="mine", history=None).plot().axes
-    assert "\nmine, " in str(peaks.figure.get_suptitle())
-
-
-def test_an_examination_prints_the_lines_to_correct(
-    examination: hc.DeckExamination,
-) -> None:
-    assert f"1. {examination.to_correct[0].sentence[:60]}" in repr(examination)
-    heading = "\nPeak force of each contact [N]: of the deck, and by the reference method\n"
-    assert heading in str(examination)
-    assert "in to_frame()" not in repr(examination)  # which has its checks
-    stopped = replace(examination, contents=replace(examination.contents, stopped="in.chain:9"))
-    more = len(of_examination(stopped).findings) - len(of_examination(examination).findings)
-    assert more == 1
-
-
 @pytest.mark.parametrize("name", ["comparison", "judgement", "examination"])
 def test_a_verdict_is_drawn(name: str, request: pytest.FixtureRequest) -> None:
     shown = request.getfixturevalue(name)
@@ -218,22 +142,6 @@ def test_the_sentence_of_an_examination(examination: hc.DeckExamination) -> None
     assert [failure.name for failure in off_only.verdict.failures] == [peaks.name]
 
 
-def test_what_is_to_correct_is_printed_line_by_line(examination: hc.DeckExamination) -> None:
-    findings = [
-        Finding(["A is 1.", "B is 2."], False, "a:3", "old", [("a:3", "old", ("new", "more"))]),
-        Finding(["C is 3."], False, "a:4", "one", [("a:5", "two", ())], "this follows from 1"),
-        Finding(["D is 4."], True, "", ""),
-    ]
-    document = replace(of_examination(examination), findings=findings, remarks=())
-    text = plain_text(lambda console: print_document(console, document))
-    begin, end = text.index("1. "), text.index("\nVerdict: fail")
-    assert text[begin:end].split("\n") == [
-        *("1. A is 1.", "   B is 2.", "   a:3: old", "   right: new", "   right: more", ""),
-        *("2. C is 3.", "   a:4: one", "   a:5: two", "   this follows from 1", ""),
-        *("   small: D is 4.", ""),
-    ]
-
-
 # ``progress=True``: a line on stderr in a terminal, none in a pipe
 
 
@@ -275,15 +183,6 @@ def test_a_terminal_shows_a_line_on_stderr(
     assert out == ""
 
 
-def test_brackets_in_the_name_of_a_file_are_shown(
-    monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.setenv("FORCE_COLOR", "1")
-    with shown_progress() as report_progress:
-        report_progress("writing runs[/new].png")
-    assert "writing runs[/new].png" in capfd.readouterr().err
-
-
 QUIET = [*((name, True) for name in CALLS), ("judge", False), ("judge", None)]
 
 
@@ -293,14 +192,6 @@ def test_a_pipe_shows_nothing(
 ) -> None:
     CALLS[name][0](how)
     assert capfd.readouterr() == ("", "")
-
-
-@pytest.mark.parametrize("name", ["compare", "judge", "judge a table"])
-def test_a_function_is_called_with_lines(name: str) -> None:
-    lines: list[str] = []
-    call, said = CALLS[name]
-    call(lines.append)
-    assert said in lines
 
 
 COMMANDS: dict[str, list[str]] = {

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import math
 import re
 from dataclasses import replace
@@ -14,7 +13,6 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
-from rich.console import Console
 
 import hertzchain as hc
 from hertzchain import theory
@@ -157,21 +155,6 @@ def test_lines_end_between_words_and_never_within_a_command() -> None:
 
 
 @pytest.mark.parametrize(
-    ("remark", "shown"),
-    [
-        ("peaks are from samples", "Peaks are from samples."),
-        ("in.chain:34: left out", "in.chain:34: left out."),
-        ("a/chain.data:3: left out", "a/chain.data:3: left out."),
-    ],
-)
-def test_a_remark_begins_with_a_capital_but_for_names_of_files(
-    native: hc.Comparison, remark: str, shown: str
-) -> None:
-    document = replace(of_comparison(native), remarks=(remark,))
-    assert shown in text_of(document).splitlines()
-
-
-@pytest.mark.parametrize(
     ("value", "error", "shown"),
     [
         (152.436112, 2.5e-11, "152.436112"),  # never more than nine
@@ -196,25 +179,6 @@ def test_a_wave_that_has_not_settled_says_so() -> None:
     assert line_of(text, "far-field force") == (
         f"not reached: the wave may change by {error:.0%} in a longer chain"
     )
-
-
-def test_a_run_without_a_wave_says_so() -> None:
-    result = hc.Native("rk4").run(paper_scene("cosine", 1.0, 2.0, granules=3))
-    text = run_text(result)
-    assert [row[0] for row in rows_of(text)] == ["2", "3"]
-    assert "more contacts" not in text
-    assert line_of(text, "transition, p") == "none ends here"
-    for label in ("solitary wave, F_SW", "far-field force", "speed"):
-        assert "too short" in line_of(text, label)
-
-
-def test_a_contact_never_pressed_has_no_time(native: hc.Comparison) -> None:
-    force, time = native.native.peak_force.copy(), native.native.peak_time.copy()
-    force[1], time[1] = 0.0, np.nan
-    result = replace(native.native, peak_force=force, peak_time=time)
-    text = run_text(result)
-    assert rows_of(text)[1] == ["3", "0.00000000"]
-    assert "nan" not in text
 
 
 def test_a_check_that_fails_says_by_how_much_and_why(native: hc.Comparison) -> None:
@@ -246,27 +210,6 @@ def test_peaks_of_zero_are_no_division(both: hc.Comparison, tmp_path: Path) -> N
     assert "nan" not in text
     assert "inf" not in text
     plot_comparison(comparison, tmp_path / "plot.png")
-
-
-def test_every_engine_asked_for_has_its_columns_and_points(
-    both: hc.Comparison, tmp_path: Path
-) -> None:
-    """LIGGGHTS ran, Yade was asked for and did not run."""
-    assert both.lammps is not None
-    liggghts = replace(both.lammps, backend="liggghts", method="of-liggghts", steps=98765)
-    comparison = replace(
-        both,
-        results={**both.results, "liggghts": liggghts},
-        wanted=("native", "lammps", "liggghts", "yade"),
-    )
-    text = text_of(of_comparison(comparison))
-    for words in ("LAMMPS", "LIGGGHTS", "Yade", "of-liggghts", "98,765", "54,321"):
-        assert words in text
-    assert "nan" not in text
-    plot_comparison(comparison, tmp_path / "plot.svg")
-    drawn = (tmp_path / "plot.svg").read_text()
-    assert "LIGGGHTS, error estimate" in drawn
-    assert "Yade" not in drawn
 
 
 def test_contacts_that_are_weak_are_not_those_that_are_not_given() -> None:
@@ -363,19 +306,3 @@ def test_a_prediction_shows_the_transition_and_both_equations(demo: hc.Scene) ->
     assert line_of(text, "error, at most") == "peaks 1%, far field 1e-05"
     assert line_of(text, "speed, V_SW").endswith("m/s: exact is closer")
     assert line_of(text, "V_SW, 7/10").split() == ["0.700000", "0.688673", "+1.64%"]
-
-
-def test_a_prediction_without_p_shows_peaks_and_why() -> None:
-    text = prediction_text(theory.predict(paper_scene("cosine", 4.0, 5.0, granules=13)))
-    assert [len(row) for row in rows_of(text)] == [2] * 10
-    assert line_of(text, "transition, p") == "none ends here"
-    assert "F_SW" not in text.replace("no p, no F_SW.", "")
-    assert "The transition does not end within this chain" in text
-    assert "The paper's tables have LM_ratio 0.3 to 2.5 and n 2 to 10." in text
-
-
-def test_a_verdict_is_green_or_red(native: hc.Comparison) -> None:
-    for checks, shown in (((WELL,), "\x1b[1;32mpass\x1b"), ((ODD,), "\x1b[1;31mfail\x1b")):
-        screen = Console(file=io.StringIO(), force_terminal=True, color_system="standard")
-        print_document(screen, of_comparison(replace(native, checks=checks)))
-        assert shown in screen.file.getvalue()  # type: ignore[attr-defined]

@@ -10,7 +10,6 @@ from xml.etree import ElementTree
 import numpy as np
 import pandas as pd
 import pytest
-from matplotlib import rcParams
 from matplotlib.figure import Figure
 
 import hertzchain as hc
@@ -20,10 +19,9 @@ from hertzchain.report.files import (
     drawn_contacts,
     motion_frame,
     plot_times,
-    while_moving,
     write_frame,
 )
-from hertzchain.report.picture import in_units, legend_look
+from hertzchain.report.run import of_result
 from hertzchain.report.style import force_limits
 from tests.conftest import paper_scene
 from tests.places import ROOT
@@ -177,78 +175,6 @@ def test_first_pulses_are_drawn_where_they_were_asked_for() -> None:
     assert axes.get_ylabel() == "peak force [N]"
 
 
-@pytest.mark.parametrize("only", ["peaks", "forces", "map"])
-def test_labels_of_a_small_picture_do_not_overlap(
-    result: hc.Result, only: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("hertzchain.report.figures.panels_of", lambda _: (only,))
-    figure = figure_of(of_result(result), (3.4, 2.6))
-    figure.draw_without_rendering()
-    axes = figure.axes[0]
-    boxes = [axes.xaxis.label.get_window_extent(), axes.yaxis.label.get_window_extent()]
-    for axis in (axes.xaxis, axes.yaxis):
-        low, high = axis.get_view_interval()
-        ticks = zip(axis.get_majorticklocs(), axis.get_ticklabels(), strict=True)
-        shown = [text.get_window_extent() for at, text in ticks if low <= at <= high]
-        assert len(shown) >= 3
-        boxes += shown
-    if (legend := axes.get_legend()) is not None:
-        boxes.append(legend.get_window_extent())
-        assert not legend.get_window_extent().overlaps(axes.bbox.padded(-1))
-    for k, box in enumerate(boxes):
-        assert figure.bbox.x0 <= box.x0 < box.x1 <= figure.bbox.x1
-        assert not any(box.overlaps(other) for other in boxes[:k])
-
-
-def test_legends_leave_the_axes_their_width(compared: hc.Comparison) -> None:
-    """A legend wider than the picture would make the axes narrow, and be cut."""
-    for size in (None, (3.4, 6.0)):
-        figure = figure_of(of_comparison(compared), size)
-        figure.draw_without_rendering()
-        for axes in figure.axes[:3]:
-            assert axes.get_position().width > 0.7
-            if (legend := axes.get_legend()) is not None:
-                assert legend.get_window_extent().x1 <= figure.bbox.x1
-
-
-def test_a_legend_has_as_many_columns_as_fit() -> None:
-    axes, labels = Figure((9.0, 3.0)).subplots(), [f"contact {k}" for k in (2, 3, 40)]
-    for label in labels:
-        axes.plot([0, 1], label=label)
-    legend = axes.legend(**legend_look(labels, 9.0, is_small=False))
-    axes.figure.draw_without_rendering()
-    width = legend.get_window_extent().width / axes.figure.dpi
-    columns = [legend_look(labels, part * width, is_small=False)["ncols"] for part in (0.95, 1.0)]
-    assert columns == [2, 3]
-
-
-def test_fonts_of_pdf_are_true_type_and_settings_stay(result: hc.Result, tmp_path: Path) -> None:
-    before = dict(rcParams)
-    figure_of(of_result(result), (3.4, 2.6)).write(tmp_path / "run.pdf")
-    assert dict(rcParams) == before
-    written = (tmp_path / "run.pdf").read_bytes()
-    assert b"/FontFile2" in written
-    assert b"/Type3" not in written
-
-
-def test_a_small_wave_on_a_static_load_fills_the_panels() -> None:
-    chain = hc.Chain(12, radius=4.75e-3, young_modulus=193e9, poisson_ratio=0.3, density=7958.0)
-    pulse = hc.Pulse("cosine", 2.0, 2.0, momentum_ratio=1.0)
-    scene = hc.Scene(chain, pulse, precompression=hc.Precompression(force=20.0))
-    result = hc.Native(rtol=1e-4).run(scene, 200)
-    peaks, forces, *_ = figure_of(of_result(result)).axes
-    (static,) = (line for line in peaks.lines if line.get_label() == "static force")
-    assert np.asarray(static.get_ydata()) == pytest.approx(20.0)
-    for axes in (peaks, forces):
-        low, high = axes.get_ylim()
-        drawn = np.concatenate([np.asarray(line.get_ydata(), float) for line in axes.lines])
-        span = drawn.max() - drawn.min()
-        assert 10 < low < drawn.min() - 0.05 * span
-        assert high > drawn.max() + 0.05 * span
-    (applied,) = (line for line in forces.lines if line.get_label() == "applied and static force")
-    assert np.array_equal(applied.get_ydata(), scene.applied_force(result.history.time) + 20)
-
-
 # Several results: lines are their numbers, bands their errors
 
 
@@ -276,13 +202,6 @@ def edges_of(band: Any) -> list[list[float]]:
 def is_band(band: Any, result: hc.Result) -> None:
     edges = [result.peak_force * (1 + sign * result.peak_errors) for sign in (-1, 1)]
     np.testing.assert_allclose(edges_of(band), edges, rtol=1e-14)
-
-
-def test_an_axis_of_forces_has_room_for_all() -> None:
-    all_ends = {(0, 100): (0, 108), (50, 100): (0, 108), (60, 100): (56.8, 103.2),
-                (100, 100): (92, 108), (0, 0): (0, 1)}  # fmt: skip
-    for forces, ends in all_ends.items():
-        assert force_limits(*forces) == pytest.approx(ends)
 
 
 def test_peaks_have_bands_of_their_error_or_about_their_median(runs: list[hc.Result]) -> None:
@@ -343,46 +262,3 @@ def test_what_cannot_be_drawn_is_refused(runs: list[hc.Result]) -> None:
             hc.HertzchainError, match=r"must be (2 values, each|a width and a height)"
         ):
             runs[0].plot(size)  # type: ignore[arg-type]
-
-
-def test_results_of_other_chains_and_ends(runs: list[hc.Result]) -> None:
-    """Default contacts are there in all; a band ends where the first of its results does."""
-    other = replace(SCENE, chain=replace(SCENE.chain, granules=8), gauges=())
-    short = hc.Native(rtol=1e-4).run(other, record=300)
-    for axes in axes_of({"long": runs[0], "short": short}, "forces"):
-        assert len(axes.lines) == 2
-        assert int(axes.get_ylabel().split()[1]) <= 8
-    with pytest.raises(hc.HertzchainError, match="must have chains of one length"):
-        axes_of({"a": [runs[0], short]})
-    half = np.linspace(0, runs[0].history.time[-1] / 2, 150)
-    ended = hc.Native(rtol=1e-4).run(SCENE, record=half)
-    (axes,) = axes_of({"both": [runs[0], ended]}, "forces", [5])
-    assert max(axes.lines[0].get_xdata()) <= half[-1]
-
-
-@pytest.mark.parametrize(
-    ("ends", "label", "shown"),
-    [
-        ((1e-6, 5e-5), "time [µs]", ["1", "10", "", ""]),
-        ((1e-12, 1e-3), "time [ns]", ["$10^{3}$", "$10^{4}$"]),
-        ((2e-6, 9e-6), "time [µs]", ["1", "10", "2", "3"]),
-    ],
-)
-def test_a_logarithmic_axis_has_its_unit(
-    ends: tuple[float, float], label: str, shown: list[str]
-) -> None:
-    axis = Figure().subplots().xaxis
-    axis.axes.set(xscale="log", xlim=ends)
-    in_units(axis, "time [s]")
-    assert axis.get_label_text() == label
-    major, minor = axis.get_major_formatter(), axis.get_minor_formatter()
-    texts = [*map(major, (1e-6, 1e-5)), *map(minor, (2e-6, 3e-6))]
-    assert texts[: len(shown)] == shown
-
-
-def test_forces_that_never_change_are_drawn_over_all_times() -> None:
-    time = np.linspace(1.0, 3.0, 21)
-    assert while_moving(time, np.zeros(21)) == (1.0, 3.0)
-    off = np.where(np.abs(time - 2.0) < 0.25, 1.0, 0.0099)
-    # One sample further, and 3 % of that.
-    assert while_moving(time, off) == pytest.approx((1.7 - 0.03 * 0.6, 2.3 + 0.03 * 0.6))

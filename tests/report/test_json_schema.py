@@ -12,7 +12,6 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-import jsonschema
 import numpy as np
 import pandas as pd
 import pytest
@@ -27,7 +26,6 @@ from hertzchain.pulses.recording import read_recording
 from hertzchain.scene.file import sections_of
 from hertzchain.verdict.tradeoff import tradeoff
 from tests.conftest import STEEL, paper_scene
-from tests.docs.test_docs import blocks
 from tests.examiner.corpus import scene_of
 from tests.examiner.made import changed, examined, found
 from tests.oracles import scene_schema
@@ -235,17 +233,6 @@ def test_what_a_schema_does_not_say_is_seen(given: tuple[str, dict[str, Any]]) -
     for name in document:
         assert problems({**document, name: {"no": "such"}}, schema), name
     assert "'more' was unexpected" in problems({**document, "more": 1}, schema)[0]
-
-
-def test_the_page_says_how_to_check_a_document(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(ROOT)
-    page = (ROOT / "docs" / "json.md").read_text(encoding="utf-8")
-    (check,) = (block.text for block in blocks(page) if "jsonschema" in block.text)
-    document = through_json(hc.Native().run(SHORT).to_dict())
-    exec(check, {"json": json, "document": document})  # noqa: S102 - it is our own
-    del document["peak_force_N"]
-    with pytest.raises(jsonschema.ValidationError):
-        exec(check, {"json": json, "document": document})  # noqa: S102
 
 
 def test_each_schema_is_tried_and_says_which_it_is() -> None:

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Sequence
-from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import NoReturn
@@ -14,7 +12,6 @@ from xml.etree import ElementTree
 import pytest
 
 import hertzchain as hc
-from hertzchain.errors import BackendMissing
 from hertzchain.report.document import Case, Suite, case_of, to_xml
 from hertzchain.verdict.check import Check, Kind
 from tests.command_line import Command, is_refused
@@ -96,15 +93,6 @@ def test_a_message_says_where() -> None:
     assert failure.attrib["message"] == expected
 
 
-@pytest.mark.parametrize("measured", [None, math.nan, math.inf])
-def test_what_has_no_number_is_an_error(measured: float | None) -> None:
-    crashed = Check(Kind("p", ""), "lammps", measured, 9.0, 0.0, False, "it crashed")
-    root = checked(to_xml([suite_of(case_of(crashed))]))
-    (error,) = root.iter("error")
-    assert error.attrib["message"] == "lammps: p: it crashed"
-    assert (root.attrib["failures"], root.attrib["errors"]) == ("0", "1")
-
-
 def test_suites_add_up() -> None:
     cases = (Case("a"), Case("b", "failure", "off"), Case("c", "error", "no"), Case("d", "skipped"))
     root = checked(to_xml([suite_of(*cases), suite_of(*cases[:2])]))
@@ -172,49 +160,6 @@ def test_compare_writes_its_checks(hertzchain: Command, scene: Path, tmp_path: P
     assert problems(suite) == of_checks(done.json()["checks"])
     assert len(suite) > 10
     assert float(suite.attrib["time"]) > 0
-
-
-def test_missing_lammps_is_no_pass(
-    hertzchain: Command, scene: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def missing(*_: object) -> hc.Result:
-        raise BackendMissing("LAMMPS is not available: install it")
-
-    monkeypatch.setattr(hc.Lammps, "run", missing)
-    there = tmp_path / "junit.xml"
-    done = hertzchain("compare", scene, "--json", "--junit", there)
-    assert done.status == 2
-    (suite,) = read(there)
-    assert problems(suite) == of_checks(done.json()["checks"])
-    assert problems(suite)["lammps: not run"] == "error"
-    (error,) = suite.iter("error")
-    assert error.attrib["message"] == "lammps: not run: LAMMPS is not available: install it"
-
-
-def test_a_judgement_is_a_case_with_what_is_wrong(
-    hertzchain: Command, scene: Path, tmp_path: Path
-) -> None:
-    peak = hc.Native().run(SCENE).peak_force.tolist()
-    table, there = tmp_path / "peaks.csv", tmp_path / "junit.xml"
-    for factor, status in ((1.0, 0), (1.01, 1)):
-        rows = f"2,{peak[0]}\n3,{factor * peak[1]}\n5,{peak[3]}\n"
-        table.write_text("contact,peak_force_N\n" + rows, "utf-8")
-        assert hertzchain("judge", scene, table, "--json", "--junit", there).status == status
-        (suite,) = read(there)
-        assert suite.attrib["name"] == "hertzchain.judge.my_scene"
-        assert problems(suite) == {"verdict": "failure" if status else None}
-    (failure,) = suite.iter("failure")
-    assert "1 of 3 judged contacts are off by more than 1.0e-03" in failure.attrib["message"]
-
-
-def test_a_judgement_of_nothing_is_a_failure(hertzchain: Command, tmp_path: Path) -> None:
-    # After so short a run the last contact has not been pressed.
-    scene, table, there = (tmp_path / name for name in ("short.toml", "peaks.csv", "junit.xml"))
-    replace(SCENE, run=hc.Run(1e-5)).to_toml(scene)
-    table.write_text("contact,peak_force_N\n8,1\n", "utf-8")
-    assert hertzchain("judge", scene, table, "--junit", there).status == 1
-    (suite,) = read(there)
-    assert problems(suite) == {"verdict": "failure"}
 
 
 def test_what_cannot_be_written_is_refused_before_the_work(

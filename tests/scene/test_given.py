@@ -6,7 +6,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, get_args
+from typing import Any
 
 import numpy as np
 import pytest
@@ -17,10 +17,9 @@ import hertzchain as hc
 from hertzchain.errors import OutputError, SceneError
 from hertzchain.scene.scene import to_scene, unusual_values
 from hertzchain.scene.starters import STARTERS, write_starter
-from hertzchain.scene.terms import DAMPING, WALLS, DampingLaw, WallKind
 from tests.conftest import STEEL, paper_scene
 from tests.scene.test_refused import text_of
-from tests.scene.test_scene import CHAIN, TEXT, scene_of
+from tests.scene.test_scene import CHAIN, scene_of
 from validation.random_scenes import (
     KINDS,
     Draw,
@@ -122,11 +121,6 @@ def test_a_starter_runs_and_is_what_its_name_says(kind: str, tmp_path: Path) -> 
 # Terms
 
 
-def test_kinds_of_walls_and_laws_of_damping_are_typed() -> None:
-    assert set(get_args(WallKind)) == set(WALLS) == {"rigid", "same", "elastic"}
-    assert set(get_args(DampingLaw)) == set(DAMPING)
-
-
 NAMED = """
 striker => striker
 pulse wall.kind="same" => wall
@@ -166,11 +160,6 @@ def test_segments_cells_and_tapers(tmp_path: Path) -> None:
     cells = 'chain.segments=[{granules=60, cell=[{}, {yield_strength="20 MPa"}]}]'
     text = text_of(f'pulse chain.yield_strength="300 MPa"; {cells}')
     assert scene_of(tmp_path, text).chain.yield_strength == (3e8, 2e7) * 30
-
-
-def test_segments_of_the_same_granules_are_one_chain(tmp_path: Path) -> None:
-    text = text_of('pulse chain.segments=[{granules=20}, {granules=40, radius="4.75 mm"}]')
-    assert scene_of(tmp_path, text) == scene_of(tmp_path, TEXT)
 
 
 def test_sequences_and_numbers_of_numpy_in_python() -> None:

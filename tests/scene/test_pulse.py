@@ -34,14 +34,10 @@ from hertzchain.scene.shocks import (
     read_table,
 )
 from tests.conftest import STEEL
-from tests.scene.test_refused import text_of
-from tests.scene.test_scene import scene_of
 
 F0, T0 = 100.0, 70e-6
 """Peak force [N] and rise time [s] of the pulses here."""
 
-RATIOS = [1.5, 2.0, 8.0]
-"""Duration ratios n."""
 
 # Table 1: the force as a fraction of F0 during rise and decay, of the time since the last corner
 # as a fraction of the length of the piece.
@@ -175,10 +171,6 @@ def test_the_names_of_profiles_are_typed() -> None:
 DECAY = Ramp(1.0, 3.5, 5.0, 0.0, "linear")
 
 
-def bounds(legs: tuple[Leg, ...]) -> list[tuple[float, float]]:
-    return [(leg.start, leg.end) for leg in legs]
-
-
 def test_each_leg_has_length_over_dt_steps_rounded_up() -> None:
     legs = lay_steps([Ramp(0.0, 1.0, 0.0, 5.0, "cosine"), DECAY], 10.0, 0.25)  # no remainder
     assert [leg.steps for leg in legs] == [4, 10, 26]
@@ -220,14 +212,6 @@ def test_legs_cover_the_run_with_the_fewest_equal_steps(
             assert leg.ramp.end >= leg.end
 
 
-def test_a_scenes_schedule_has_its_corners(demo: hc.Scene) -> None:
-    assert demo.rise_time is not None
-    legs = demo.schedule(1e-7)
-    t0 = demo.rise_time
-    assert bounds(legs) == [(0.0, t0), (t0, 2 * t0), (2 * t0, demo.end_time)]
-    assert [leg.ramp for leg in legs] == [*demo.ramps, None]
-
-
 @given(end=st.floats(1e-9, 1e3), dt=st.floats(1e-4, 1.0))
 def test_the_largest_step_of_a_schedule_gives_that_schedule_again(end: float, dt: float) -> None:
     ramps = [Ramp(0.0, end / 3, 0.0, 1.0, "linear"), Ramp(end / 3, end, 1.0, 0.0, "linear")]
@@ -236,15 +220,6 @@ def test_the_largest_step_of_a_schedule_gives_that_schedule_again(end: float, dt
 
 
 # Pistons
-
-
-def test_a_velocity_and_a_table_are_read(tmp_path: Path) -> None:
-    (tmp_path / "motion.csv").write_text("time_s,displacement_m\n1e-5,0\n3e-5,4e-6\n4e-5,1e-6\n")
-    for text, piston in (
-        ('velocity="20 cm/s"', hc.Piston(0.2)),
-        ('file="motion.csv"', hc.Piston(None, (1e-5, 3e-5, 4e-5), (0, 4e-6, 1e-6))),
-    ):
-        assert scene_of(tmp_path, text_of(f"piston shock.{text}")).shock == piston
 
 
 def test_strokes_follow_the_table() -> None:
@@ -324,14 +299,6 @@ def test_a_chain_between_piston_and_wall_has_the_scale_of_its_rest() -> None:
     assert half.units.force == pytest.approx(scene.units.force / 2**1.5, rel=1e-12)
 
 
-def test_the_default_end_counts_from_the_last_row() -> None:
-    chain = hc.Chain(10, **STEEL)
-    early, late = (
-        hc.Scene(chain, hc.Piston(None, (t, t + 1e-5), (0.0, 1e-6))).end_time for t in (0.0, 1e-3)
-    )
-    assert late - early == pytest.approx(1e-3, rel=1e-12)
-
-
 # Sines
 
 
@@ -349,18 +316,3 @@ def test_the_force_is_a_sine() -> None:
     assert half.applied_impulse == pytest.approx(shock.compared_impulse, rel=1e-14)
     assert half.momentum_ratio > 0
     assert [ramp.start for ramp in scene.ramps] == [k / 32000 for k in range(12)]
-
-
-def test_waves_of_short_cycles_are_as_fast_as_those_of_long_ones() -> None:
-    chain, load = hc.Chain(20, **STEEL), hc.Precompression(10.0)
-
-    def watched(frequency: float, wall: hc.Wall | None) -> float:
-        """Return the default time between the ends of sine and run."""
-        sine = hc.Sine(5.0, frequency, 4)
-        scene = hc.Scene(chain, sine, wall=wall, precompression=load)
-        return scene.end_time - 4 / frequency
-
-    for wall in (None, hc.Wall("rigid")):
-        # LM_ratio is 1 at 7.9 kHz.
-        assert watched(1e12, wall) == pytest.approx(watched(8e3, wall), rel=0.02)
-        assert watched(1e30, wall) == pytest.approx(watched(1e12, wall), rel=1e-9)

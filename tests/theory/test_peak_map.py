@@ -150,34 +150,6 @@ assert theory.peak_map.table.cache_info().currsize == 1
     assert not {"scipy", "numba"} & modules_after(code)
 
 
-@pytest.mark.parametrize("profile", PROFILES)
-def test_no_transition_is_cut_off(profile: str) -> None:
-    """Small changes before contact 80 imply that there is none of 1 % beyond."""
-    force = np.exp(peak_map.table(profile)[..., :79].astype(np.float64))
-    change = np.abs(np.diff(force, axis=2)) / force[..., 1:]
-    assert change[..., 45:].max() < 0.01  # contacts 47 and 48; p is 47 at most
-    assert change[..., 58:].max() < 0.0025
-    assert change[..., 73:].max() < 0.0004
-
-
-def test_a_kink_widens_the_error(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A growth that begins between two nodes has an error within the map's estimate."""
-    ratios, durations = peak_map.grid()
-    x = np.log(ratios)[:, None, None] + 0 * durations[None, :, None]
-    spacing = float(x[1, 0, 0] - x[0, 0, 0])
-    contact = np.arange(80)
-    for part in (0.0, 0.25, 0.5, 0.9):
-        corner = x[200, 0, 0] + part * spacing
-        grid = contact * np.maximum(0.0, x - corner)
-        monkeypatch.setattr(peak_map, "table", lambda _, grid=grid: grid)
-        for at in np.linspace(-0.5, 1.5, 21):
-            ln_ratio = x[200, 0, 0] + at * spacing
-            mapped = peak_map.peaks("cosine", float(np.exp(ln_ratio)), 5.0)
-            exact = np.exp(contact[:-1] * max(0.0, ln_ratio - corner))
-            off = np.abs(changes(mapped.peak_force) - changes(exact))
-            assert np.all(off < mapped.change_error)
-
-
 @pytest.mark.parametrize(
     ("ratio", "n"),
     [(0.0999, 5.0), (10.01, 5.0), (1.0, 1.99), (1.0, 50.1)],
@@ -188,8 +160,3 @@ def test_points_outside_are_refused(ratio: float, n: float) -> None:
     assert peak_map.outside(ratio, n) is not None
     with pytest.raises(SceneError, match="profile = 'table'"):
         peak_map.peaks("table", 1.0, 5.0)
-
-
-def test_the_table_cannot_be_changed() -> None:
-    with pytest.raises(ValueError, match="read-only"):
-        peak_map.table("cosine")[0, 0, 0] = 1.0

@@ -218,32 +218,3 @@ def test_which_speed_is_closer_vs_a_run(ratio: float, closer: str) -> None:
         "exact": abs(predicted.speed.exact - measured),
     }
     assert predicted.speed.closer == min(off, key=lambda name: off[name]) == closer
-
-
-def test_momentum_of_the_wave_vs_its_force_over_time() -> None:
-    scene = paper_scene("cosine", 1.0, 2.0)
-    predicted = theory.predict(scene)
-    wave = theory.solitary_wave.solitary_wave()
-    force, units = predicted.far_field_force, scene.units
-    expected = wave.momentum * (force / units.force) ** (5 / 6) * units.momentum
-    assert predicted.momentum.far_field == pytest.approx(expected, rel=1e-14, abs=0)
-    assert predicted.momentum.paper / predicted.momentum.exact == pytest.approx(
-        4.34375 / 4.3445078540, rel=1e-10, abs=0
-    )
-
-
-def test_constants_vs_their_exact_values() -> None:
-    """The exact ones from the travelling wave by other means, to the digits known."""
-    constants = {
-        "V_SW, 7/10": (0.7, 0.6886728470),
-        "L_SW, 139/32": (139 / 32, 4.3445078540),
-        "Eq. 4b, shift 1.077": (1.077, 1.104342989975),
-        "Eq. 5, force integral 1.543": (1.543, 1.495972296330),
-        "Eq. 5, momentum 53/32": (53 / 32, 1.652066518648),
-    }
-    assert [constant.name for constant in prediction.constants()] == list(constants)
-    for constant in prediction.constants():
-        paper, exact = constants[constant.name]
-        assert constant.paper == paper
-        assert constant.exact == pytest.approx(exact, rel=1e-10, abs=0)
-        assert constant.difference == pytest.approx(paper / exact - 1, rel=1e-6, abs=0)

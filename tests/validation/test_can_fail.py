@@ -15,7 +15,6 @@ import pandas as pd
 import pytest
 
 import hertzchain as hc
-from hertzchain import theory
 from tests.places import ROOT
 from validation import (
     claims,
@@ -35,7 +34,6 @@ from validation import (
     table4,
     tradeoff,
 )
-from validation.limits import LIMITS, Limit
 from validation.physics import (
     chains,
     damped_pulses,
@@ -117,54 +115,6 @@ def test_numbers_that_are_off_or_lost_fail(script: ModuleType) -> None:
     assert found == FAILING[script]
 
 
-ONE = "profile == 'triangular' and momentum_ratio == 2 and backend == "
-LAMMPS, NATIVE = f"{ONE}'lammps'", f"{ONE}'native'"
-
-Change = float | Callable[[pd.DataFrame], Any] | None
-
-DOCTORED: list[tuple[ModuleType, str, str, Change, int, str]] = [
-    (figure1, "source == 'lammps' and profile == 'triangular'", "force", 1.001, 4, "F(t)"),
-    (figure2, "backend == 'native' and wave == '(c) small'", "x", 1.001, 5, "(c) small: less"),
-    (figure3, "momentum_ratio == 2.5", "p", lambda _: 8, 6, "by Eq. 3 less p simulated"),
-    (figure4, f"{LAMMPS} and contact == 7", "", None, 1, "less native's, largest"),
-    (figure5, ONE.rpartition(" and")[0], "eq6_N", 1.02, 2, "Eq. 6, largest error"),
-    (damped_waves, "lost > 0", "lost", 1 - 2e-4, 9, "G without damping"),
-    (damped_pulses, "x > 0", "x", 1 + 2e-3, 5, "speed / F0^(1/6)"),
-    (tradeoff, "contender == 'DOP853, SciPy'", "error", lambda _: 1e-8, 1, "the truth by DOP853"),
-    (long_run, "granule == 89900", "amplitude", 1 + 1e-9, 3, "velocity-verlet: amplitude"),
-]  # fmt: skip
-"""Rows and a column; a factor, a function or None to leave the rows out; what fails, how many."""
-
-
-@pytest.mark.parametrize(("script", "which", "column", "change", "number", "named"), DOCTORED)
-def test_a_doctored_table_fails(
-    script: ModuleType, which: str, column: str, change: Change, number: int, named: str
-) -> None:
-    table = kept(script).copy()
-    rows = table.query(which).index
-    assert len(rows) > 0
-    if change is None:
-        table = table.drop(index=rows)
-    elif callable(change):
-        table.loc[rows, column] = change(table.loc[rows])
-    else:
-        table.loc[rows, column] *= change
-    names = failed_of_table(script, table)
-    assert len(names) == number, names
-    assert named in names[0]
-
-
-@pytest.mark.parametrize("limit", LIMITS, ids=lambda limit: limit.name)
-@pytest.mark.parametrize("backend", ["native", "lammps"])
-def test_another_rate_fails(limit: Limit, backend: str) -> None:
-    table = kept(limits).copy()
-    own = (table["limit"] == limit.name) & (table["value"] > 0)
-    table.loc[own, backend] *= table.loc[own, "value"] ** 0.2
-    # With it one backend is no longer where the other is.
-    expected = {f"rate in {limit.parameter}", "distance / native's - 1"}
-    assert set(failed_of_table(limits, table)) == {f"{limit.name}: {what}" for what in expected}
-
-
 # Maps, whose table is not kept
 
 
@@ -193,20 +143,6 @@ def test_maps_that_are_off_or_have_gaps_fail(maps: pd.DataFrame) -> None:
     wrong.loc[100, ["p", "eq3", *(f"{name}_error" for name in formula_maps.EQUATIONS)]] = math.nan
     assert "cosine: points without p" in failed_of_table(formula_maps, wrong)
     assert len(formula_maps.draw(wrong).axes) == 10
-
-
-@pytest.mark.parametrize("name", formula_maps.EQUATIONS)
-@pytest.mark.parametrize("side", formula_maps.SIDES)
-def test_a_formula_half_as_good_fails(maps: pd.DataFrame, name: str, side: str) -> None:
-    wrong = maps.copy()
-    of_side = wrong["momentum_ratio"] < 1 if side == "below" else wrong["momentum_ratio"] > 1
-    of_side &= (wrong["part"] == "map") & (wrong["profile"] == "triangular")
-    wrong.loc[of_side, f"{name}_error"] *= 2
-    what = f"triangular, {formula_maps.SIDES[side]}, {formula_maps.EQUATIONS[name]}"
-    names = [
-        entry for entry in failed_of_table(formula_maps, wrong) if not entry.startswith("rule")
-    ]
-    assert names == [f"{what}: share within 5 % [%]", f"{what}: largest error [%]"]
 
 
 Doctor = Callable[[hc.Result], hc.Result]
@@ -274,13 +210,6 @@ def test_damping_options_of_other_codes(code: str) -> None:
             assert [entry.what for entry in rows if not entry.passed] == []
 
 
-def test_betan_of_yade_as_yade_was_seen_to_have_it() -> None:
-    """Read from the contacts of Yade 2023.02a, all digits."""
-    seen = {0.95: 0.015660519411185007, 0.8: 0.06790289004602458, 0.1: 1.1342510657848295}
-    for en, found in seen.items():
-        assert restitution.betan(en) == pytest.approx(found, rel=1e-12)  # 1 - x with x near 1
-
-
 def test_nesterenko_wave_solves_his_equation() -> None:
     """V^2 xi against xi^(3/2) + ((xi^(3/2))_xx - 3/8 xi^(-1/2) xi_x^2) / 12, by differences."""
     h = 1e-4
@@ -291,27 +220,6 @@ def test_nesterenko_wave_solves_his_equation() -> None:
     stress = here**1.5 + (curvature - 3 / 8 * slope**2 / np.sqrt(here)) / 12
     # Second differences: h^2 / 12 of a fourth derivative of some tens, and round-off 1e-16 / h^2.
     assert stress == pytest.approx(constants.NESTERENKO_SPEED**2 * here, rel=0, abs=1e-7)
-
-
-def test_integral_until_the_first_minimum() -> None:
-    """Of a pulse that opens the contact, and of one that the next wave overtakes."""
-    time = np.linspace(0, 1.4, 281)
-    alone = np.where(time < 1, np.sin(np.pi * time) ** 2, 0.0)
-    assert eqs_4b_and_5.until_first_minimum(time, alone) == pytest.approx(0.5, rel=1e-6, abs=0)
-    overtaken = 0.6 - 0.4 * np.cos(2 * np.pi * time)
-    assert eqs_4b_and_5.until_first_minimum(time, overtaken) == pytest.approx(0.6, rel=1e-9, abs=0)
-
-
-def test_a_refit_finds_the_coefficients_of_a_cubic() -> None:
-    rng = np.random.default_rng(4)
-    j = rng.uniform(0, 1, 400)
-    exact = theory.peak_force_fit(j)
-    found = figure4.refit(j, exact)
-    np.testing.assert_allclose(found, figure4.PAPER, rtol=1e-12)
-    np.testing.assert_allclose(figure4.cubic(found, j), exact, rtol=0, atol=1e-13)
-    noisy = exact + rng.normal(0, 0.01, j.size)
-    left = figure4.rms(noisy - figure4.cubic(figure4.refit(j, noisy), j))
-    assert left == pytest.approx(0.01, rel=0.11, abs=0)  # 3 sigma of 400
 
 
 def test_the_far_field_of_an_impulse() -> None:
@@ -328,15 +236,3 @@ def test_the_far_field_of_an_impulse() -> None:
     extrapolated = (8 * found[1] - found[0]) / 7
     # 1e-3 of the error of the better one: the next term is smaller by a power of LM.
     assert extrapolated == pytest.approx(expected, rel=2e-10, abs=0)
-
-
-def test_the_constants_of_the_page_are_those_that_are_kept() -> None:
-    kept = pd.read_csv(ROOT / "validation" / "results" / "constants.csv", comment="#")
-    lines = (ROOT / "docs" / "validation.md").read_text(encoding="utf-8").splitlines()
-    for entry in kept[kept["kind"] == "constant"].to_dict("records"):
-        (line,) = [line for line in lines if line.startswith(f"| {entry['what']} | ")]
-        _, _, exact, *others, _ = (cell.strip() for cell in line.split("|"))
-        assert exact == f"{entry['exact']:.6f}"
-        for shown, key in zip(others, ("paper", "nesterenko"), strict=True):
-            value, off = entry[key], entry[key] / entry["exact"] - 1
-            assert shown == ("" if math.isnan(value) else f"{value:.6f} ({off:+.2%})")

@@ -18,9 +18,9 @@ from hertzchain.engines.lammps.engine import Child
 from hertzchain.errors import RunFailed
 from hertzchain.verdict.tradeoff import WAYS
 from tests import scenes
-from validation import run_all, table2, table3, table4, tradeoff
-from validation.script import Script, row, rows_of, rows_only
-from validation.shipped import paper_table, scene_name, simulate
+from validation import rows, run_all, tradeoff
+from validation.script import Script, rows_of, rows_only
+from validation.shipped import paper_table, scene_name
 
 SCRIPTS = {module.__name__.rpartition(".")[2]: module for module in run_all.MODULES}
 EXPENSIVE = {
@@ -30,7 +30,6 @@ EXPENSIVE = {
 }
 """Scripts whose quick form takes most of a second or more: slow tests, which CI runs every time."""
 
-TABLES = [table2, table3, table4]
 TOO_LARGE = {"formula_maps"}
 """5 MB: its table is not kept, its figure is."""
 
@@ -44,10 +43,6 @@ KEPT_ROWS = {
 """How many rows the kept tables have."""
 
 PAGE = Path(run_all.__file__).parents[1] / "docs" / "validation.md"
-
-
-def name_of(module: ModuleType) -> str:
-    return module.__name__.rpartition(".")[2]
 
 
 # Every script
@@ -182,15 +177,6 @@ def test_one_row_that_is_off_fails_them_all(
     assert scripts[1]["rows"][0]["measured"] is None
 
 
-def test_a_scene_that_does_not_run_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
-    def crashed(*_: object) -> None:
-        raise RunFailed("it crashed")
-
-    monkeypatch.setattr(hc.Native, "run", crashed)
-    with pytest.raises(RunFailed, match="demo: it crashed"):
-        simulate({"demo": scenes.load("demo")}, "scenes", False)
-
-
 def test_each_row_of_the_tables_has_its_scene() -> None:
     entries = [entry for number in (2, 3, 4) for entry in paper_table(number)]
     assert sorted({scene_name(entry) for entry in entries}) == scenes.NAMES
@@ -202,10 +188,6 @@ def test_each_row_of_the_tables_has_its_scene() -> None:
         assert scene.shock.momentum_ratio == float(entry["momentum_ratio"])
         assert scene.shock.duration_ratio == float(entry["duration_ratio"])
         assert scene.shock.peak_force == 100.0
-
-
-def test_the_demo_scene_is_a_row_of_table_2() -> None:
-    assert scenes.load("demo") == scenes.load("cosine-triangular_LM2.0_n2")
 
 
 # Error against cost

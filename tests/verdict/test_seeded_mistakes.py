@@ -3,26 +3,19 @@
 from __future__ import annotations
 
 import contextlib
-import math
-from collections.abc import Callable
 from dataclasses import replace
-from types import ModuleType
-from typing import Any
 
 import pytest
 
 import hertzchain as hc
-from hertzchain import theory
 from hertzchain.engines.lammps import deck
 from hertzchain.engines.lammps.engine import command, engine
 from hertzchain.errors import RunFailed
 from hertzchain.verdict.check import Check
 from hertzchain.verdict.generated_deck import number_checks
 from tests.conftest import paper_scene
-from validation import mistakes, table3, table4
-from validation.corrections import EXPONENTS
-from validation.mistakes import (
-    APPLIED,
+from validation.mistakes import APPLIED, MISTAKES, compared, small_scene
+from validation.mistakes_with_terms import (
     CONSTANT,
     MISTAKES,
     MISTAKES_WITH_TERMS,
@@ -37,7 +30,7 @@ from validation.mistakes import (
     in_set_up,
     small_scene,
 )
-from validation.script import Row, Script
+from validation.planting import POSITION, STIFFNESS, Mistake, Plant, in_set_up
 
 EXAMINATION = {
     "lammps: number of granules",
@@ -106,53 +99,7 @@ def test_without_a_mistake_nothing_is_caught() -> None:
 # By how much
 
 
-@pytest.mark.lammps
-@pytest.mark.parametrize("steps", [1, -1])
-def test_a_late_force_is_off_by_what_it_grows_in_a_step(steps: int) -> None:
-    what = "force one step late" if steps > 0 else "force one step early"
-    check = seen(next(mistake for mistake in MISTAKES if mistake.what == what).plant, APPLIED)
-    # Four steps a leg: over the cosine rise the largest growth in one is sin(45 degrees) / 2 of F0.
-    assert abs(check.measured - check.expected) == pytest.approx(
-        100 * math.sqrt(0.5) / 2, rel=1e-9, abs=0
-    )
-
-
 # Mistakes outside of decks
-
-
-@pytest.mark.parametrize(
-    ("profile", "change"),
-    [
-        ("cosine", mistakes.first_corner_late),
-        ("triangular", mistakes.without_corners),
-        ("cosine-triangular", mistakes.first_corner_late),
-    ],
-)
-def test_native_alone_sees_wrong_corners(profile: str, change: Callable[..., Any]) -> None:
-    with mistakes.other_legs(change):
-        comparison = hc.compare(paper_scene(profile, 2.0, 2.5, granules=6), ["native"])
-    assert "native: momentum [N s]" in failed(comparison.checks)
-
-
-@pytest.mark.parametrize("script", [table3, table4], ids=lambda script: script.__name__)
-def test_eq6_as_printed_fails_the_tables(
-    script: ModuleType, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """It is wrong by 20 percentage points or more in every scene, where 0.2 are allowed."""
-
-    def rows() -> list[Row]:
-        of_table: Script = script.SCRIPT
-        return of_table.promises(of_table.measure(True, False))
-
-    assert all(entry.passed for entry in rows())
-    printed = EXPONENTS["printed: 15 (i - p) / (8 sqrt(n p))"]
-    monkeypatch.setattr(theory, "peak_force", printed)
-    entries = rows()
-    names = {entry.what.partition(",")[0] for entry in entries if ", F_" in entry.what}
-    assert len(names) == 3
-    for name in names:
-        off = [abs(e.measured - e.expected) for e in entries if f"{name}, F_" in e.what]
-        assert max(off) > 20
 
 
 # The number of granules

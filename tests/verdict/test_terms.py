@@ -11,10 +11,8 @@ import hertzchain as hc
 from hertzchain.verdict.generated_deck import examined, number_checks
 from hertzchain.verdict.run_checks import balance_checks, same_steps_checks
 from tests.conftest import STEEL
-from tests.engines.native.test_damped import LAWS, scene_with
-from tests.engines.native.test_damped import PULSE as SHORT
-from tests.engines.native.test_terms import PTFE, PULSE, SCENES, row
-from validation.mistakes import DAMPING, Plant, in_set_up
+from tests.scenes import LAWS, PTFE, PULSE, TERMS, row
+from validation.planting import DAMPING, Plant, in_set_up
 
 pytestmark = pytest.mark.lammps
 
@@ -32,10 +30,10 @@ QUICK = ("all at once", "gaps, wall")
 
 
 @pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=[] if name in QUICK else pytest.mark.slow) for name in SCENES]
+    "name", [pytest.param(name, marks=[] if name in QUICK else pytest.mark.slow) for name in TERMS]
 )
 def test_every_scene_passes(name: str) -> None:
-    scene = SCENES[name]
+    scene = TERMS[name]
     comparison = hc.compare(scene)
     assert failed(comparison) == {}
     assert comparison.verdict == "pass"
@@ -81,7 +79,7 @@ def test_any_scene_passes_its_examination(scene: hc.Scene) -> None:
 
 
 def test_forces_that_are_no_numbers_fail() -> None:
-    scene = SCENES["all at once"]
+    scene = TERMS["all at once"]
     deck = hc.Lammps().examine(scene)
     nothing = np.full_like(deck.contact_force, np.nan)
     walls = (replace(deck.walls[0], position=np.nan),)
@@ -97,24 +95,16 @@ def test_forces_that_are_no_numbers_fail() -> None:
 UNLIKE = hc.Chain(3, **STEEL | {"radius": [4e-3, 5e-3, 6e-3]})
 
 
-def test_a_comparison_passes() -> None:
-    scene = scene_with(LAWS["restitution"])
-    comparison = hc.compare(scene, [hc.Lammps(rtol=1e-2)])
-    assert [check for check in comparison.checks if not check.passed] == []
-    names = {check.name for check in comparison.checks}
-    assert {DAMPING, "lammps: velocity, same steps", "lammps: energy [J]"} <= names
-
-
 @pytest.mark.parametrize("contact", [None, LAWS["viscoelastic"]])
 def test_extrapolated_peaks_are_held_against_extrapolated_ones(contact: hc.Contact | None) -> None:
     """The finer of their runs takes the steps of native, on legs of all lengths."""
-    scene = hc.Scene(UNLIKE, SHORT, contact=contact)
+    scene = hc.Scene(UNLIKE, PULSE, contact=contact)
     result = hc.Lammps(rtol=1e-4, extrapolated=True).run(scene)
     # Peaks of the finer run alone differ by ten to thirty times the tolerance.
     assert [check for check in same_steps_checks(result) if not check.passed] == []
 
 
-WALLED = hc.Scene(hc.Chain(3, **STEEL), SHORT, wall=hc.Wall("same"))
+WALLED = hc.Scene(hc.Chain(3, **STEEL), PULSE, wall=hc.Wall("same"))
 
 MISTAKES: dict[str, tuple[hc.Scene, Plant]] = {
     "another restitution": (
@@ -142,11 +132,11 @@ MISTAKES: dict[str, tuple[hc.Scene, Plant]] = {
         in_set_up(("damping velocity", "damping viscoelastic")),
     ),
     "the mass of one granule for that of the pair": (
-        hc.Scene(UNLIKE, SHORT, contact=LAWS["viscoelastic"]),
+        hc.Scene(UNLIKE, PULSE, contact=LAWS["viscoelastic"]),
         in_set_up(("/(v_m2*v_m3/(v_m2+v_m3))", "/v_m2")),
     ),
     "no damping": (
-        hc.Scene(UNLIKE, SHORT, contact=LAWS["dashpot"]),
+        hc.Scene(UNLIKE, PULSE, contact=LAWS["dashpot"]),
         in_set_up(("} 5.0 tangential", "} 0.0 tangential")),
     ),
 }
@@ -162,7 +152,7 @@ def test_the_examination_names_wrong_damping(what: str) -> None:
 
 
 def test_energy_shows_damping_that_is_not_the_scene_s() -> None:
-    scene = hc.Scene(hc.Chain(5, **STEEL), SHORT, contact=LAWS["restitution"])
+    scene = hc.Scene(hc.Chain(5, **STEEL), PULSE, contact=LAWS["restitution"])
     lammps = hc.Lammps(0.005 * scene.contact_time)
     assert all(check.passed for check in balance_checks(lammps.run(scene)))
     with in_set_up(('restitution string 0.8"', 'restitution string 0.6"'))():

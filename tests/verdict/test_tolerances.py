@@ -14,10 +14,8 @@ import pytest
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
 from hertzchain.errors import SceneError
-from hertzchain.limits import Deadline
 from hertzchain.observables.error_bound import highest_rate
 from hertzchain.observables.result import LostDigits
-from hertzchain.scene.shocks import PROFILES
 from hertzchain.verdict import run_checks
 from hertzchain.verdict.check import Check, Kind, within
 from hertzchain.verdict.judgement import Judgement, judged
@@ -177,26 +175,6 @@ def test_differences_that_grow(monkeypatch: pytest.MonkeyPatch) -> None:
             assert check_of(same_steps_checks(with_peak(result, off)), "peaks").passed is passed
 
 
-@pytest.mark.parametrize(("name", "lost"), [("free", 1e-9), ("free", 1e-7), ("short", 1e-9)])
-def test_a_difference_hardly_grows_in_a_short_chain(
-    monkeypatch: pytest.MonkeyPatch, name: str, lost: float
-) -> None:
-    scene, run, ran = SCENES[name], run_checks._verlet, []
-    legs = scene.schedule(verlet(name, 0.1).dt)
-    twin = run(scene, legs, Deadline(60))
-
-    def counted(*arguments: Any) -> Any:
-        ran.append(arguments)
-        return run(*arguments)
-
-    monkeypatch.setattr(run_checks, "_verlet", counted)
-    grown = run_checks._grown(scene, legs, twin, lost, Deadline(60), 0.0)
-    # Start and its opposite are two such differences apart, of overlaps in each run.
-    assert 0.5 * lost < min(grown) < max(grown) < 5 * lost
-    # Three differences: one may grow little by chance.
-    assert len(ran) == 6
-
-
 # Against the reference, and the reference itself
 
 
@@ -304,20 +282,6 @@ def test_balances(case: Balanced) -> None:
         assert [check.passed for check in checks] == [passed, passed], [
             check.tolerance for check in checks
         ]
-
-
-def test_a_pulse_of_other_halves_has_the_impulse_of_its_steps(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    """Half a sine: velocity Verlet misses a part of its impulse, as the trapezoidal rule does."""
-    monkeypatch.setitem(PROFILES, "cosine", ("quarter-sine", "quarter-cosine"))
-    scene = replace(FREE, shock=hc.Pulse("cosine", 100.0, 2.0, rise_time=3e-5))
-    result = hc.Native("velocity-verlet", 0.05 * scene.contact_time).run(scene)
-    off = result.balance.momentum - result.balance.impulse
-    for part, passed in ((3.0, False), (1.0, True), (1 / 3, True)):
-        balance = replace(result.balance, momentum=result.balance.impulse + part * off)
-        check = check_of(balance_checks(replace(result, balance=balance)), "momentum")
-        assert check.passed == passed
 
 
 # A judgement

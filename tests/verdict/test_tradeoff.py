@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import functools
 import itertools
 import math
-import time
 from collections.abc import Iterator
 from dataclasses import replace
 
@@ -17,7 +15,6 @@ from hypothesis import strategies as st
 import hertzchain as hc
 from hertzchain.errors import BackendMissing, RunFailed
 from hertzchain.observables.peaks import largest_difference
-from hertzchain.report import style
 from hertzchain.verdict import tradeoff as module
 from hertzchain.verdict.tradeoff import (
     WAYS,
@@ -29,7 +26,6 @@ from hertzchain.verdict.tradeoff import (
     contenders,
     frontier,
     measured,
-    timed,
     tradeoff,
     typical,
 )
@@ -59,41 +55,6 @@ def rows_of(result: Tradeoff, contender: str) -> list[Row]:
     rows = [row for row in result.rows if row.contender == contender]
     assert rows, contender
     return rows
-
-
-def test_every_engine_has_contenders_and_every_contender_a_name(scene: hc.Scene) -> None:
-    everyone = contenders(scene)
-    assert {contender.engine for contender in everyone} == set(WAYS) == set(style.WAYS)
-    names = [contender.name for contender in everyone]
-    assert len(set(names)) == len(names)
-    assert {f"{method}, compiled" for method in COMPILED} <= set(names)
-
-
-COMPILED = ("velocity-verlet", "srkn-11b", "reference")
-
-
-def test_the_settings_of_each_contender(scene: hc.Scene) -> None:
-    """Steps from the longest to the shortest, each shorter by a factor; accuracies by decades."""
-    root = 2**0.5
-    steps = {
-        "velocity-verlet, compiled": (0.4, 0.4 / 1024, root),
-        "srkn-11b, compiled": (1.2, 1.2 / 2**4.5, root), "reference, compiled": (0.8, 0.025, 2.0),
-        "rk4, NumPy": (0.4, 0.4 / 128, 2.0),
-        "LAMMPS": (0.4, 0.4 / 512, 2.0), "LAMMPS, extrapolated": (0.4, 0.4 / 128, 2.0),
-    }  # fmt: skip
-    rtols = {"rtol, with estimate": (2, 10), "rtol, without estimate": (2, 10),
-             "DOP853, SciPy": (4, 12)}  # fmt: skip
-    for contender in contenders(scene):
-        if contender.name in steps:
-            first, last, factor = steps.pop(contender.name)
-            assert (contender.steps[0], contender.steps[-1]) == pytest.approx((first, last))
-            assert np.divide(contender.steps[:-1], contender.steps[1:]) == pytest.approx(factor)
-            assert contender.rtols == ()
-        else:
-            begin, end = rtols.pop(contender.name)
-            assert contender.rtols == pytest.approx([10.0**-k for k in range(begin, end + 1)])
-            assert contender.steps == ()
-    assert (steps, rtols) == ({}, {})
 
 
 def test_all_settings_of_all_contenders_are_measured(whole: Tradeoff) -> None:
@@ -184,35 +145,6 @@ def test_one_that_always_fails_is_a_remark(
 ONES = Outcome(np.ones(5), 1)
 
 
-def test_a_setting_has_the_least_time_of_all_rounds(
-    scene: hc.Scene, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    took = [3.0, 1.0]
-    monkeypatch.setattr(module, "contenders", lambda *_: (fixed({0.2: ONES}),))
-    monkeypatch.setattr(module, "timed", lambda run, _: (run(), took.pop(0)))
-    (row,) = tradeoff(scene, ["compiled"]).rows
-    assert (row.wall_time, took) == (1.0, [])
-
-
-def test_a_slow_contender_is_not_run_at_dearer_settings(
-    scene: hc.Scene, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(module, "_LONGEST_RUN_SECONDS", 0.0)
-    peaks = Outcome(np.ones(5), 1)
-    rows = measured(fixed({0.2: peaks, 0.1: peaks}), scene, np.ones(5), 0.0)
-    assert [row.natural_step for row in rows] == [0.2]
-
-
-def test_the_time_is_the_least_of_several(monkeypatch: pytest.MonkeyPatch) -> None:
-    took = [3.0, 1.0, 2.0, 5.0]
-    ticks = itertools.accumulate(itertools.chain.from_iterable((0.5, each) for each in took))
-    monkeypatch.setattr(time, "perf_counter", functools.partial(next, ticks))
-    outcome = Outcome(np.ones(1), 1)
-    # 3 + 1 + 2 seconds are the first sum that is enough.
-    assert timed(lambda: outcome, enough=5.0) == (outcome, 1.0)
-    assert next(ticks) == sum(took[:3]) + 4 * 0.5
-
-
 # The frontier
 
 
@@ -291,17 +223,3 @@ def test_native_methods_on_a_scene_with_terms() -> None:
     # Steps 22 times as short: above second order, although contacts open.
     errors = [row.error for row in rows_of(measured, "srkn-11b, compiled")]
     assert errors[0] / errors[-1] > 1e3
-
-
-def test_damped_contacts_are_measured_against_the_reference() -> None:
-    damped = replace(STRIKER, contact=hc.Contact("restitution", restitution=0.8))
-    truth, error = module._truth(damped)
-    reference = hc.Native("reference").run(damped)
-    assert truth.peak_force == pytest.approx(reference.peak_force, rel=1e-12)
-    assert error == pytest.approx(reference.error_estimate, rel=1e-6)
-    everyone = {contender.name: contender for contender in contenders(damped)}
-    assert "srkn-11b, compiled" not in everyone
-    for name in ("rtol, without estimate", "rtol, with estimate"):
-        outcome = everyone[name].run(damped, 1e-5)
-        assert largest_difference(outcome.peak_force, reference.peak_force) < 1e-5
-        assert outcome.force_evaluations > 1000

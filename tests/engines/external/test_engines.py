@@ -7,7 +7,6 @@ import re
 import subprocess
 import sys
 import tempfile
-from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -17,43 +16,20 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
-from hertzchain.engines import liggghts
-from hertzchain.engines.external.observation import Granules, Observation, stops
-from hertzchain.engines.external.rescaling import NONE
-from hertzchain.engines.yade import read_array
-from hertzchain.errors import BackendMissing, RunFailed, StepUnstable, TooExpensive, Unpredictable
+from hertzchain.errors import BackendMissing, RunFailed, TooExpensive, Unpredictable
 from hertzchain.known import answer
 from hertzchain.observables.peaks import largest_difference
-from hertzchain.scene.schedule import Leg
-from hertzchain.scene.shocks import Ramp
 from tests.conftest import STEEL, paper_scene
-from tests.engines.external.test_same_steps import PLAIN, PULSE
-from tests.scenes import NAMES
+from tests.scenes import PLAIN
 from validation import engines
 
 Engine = type[hc.Liggghts] | type[hc.Yade]
+PULSE = PLAIN["pulse"]
 
 BOTH = [
     pytest.param(hc.Liggghts, marks=pytest.mark.liggghts),
     pytest.param(hc.Yade, marks=pytest.mark.yade),
 ]
-
-
-@pytest.mark.liggghts
-@pytest.mark.yade
-@pytest.mark.lammps
-def test_three_engines_agree_with_one_another_beyond_what_reading_costs() -> None:
-    """They are read at the same steps, so not even the interpolation between readings differs."""
-    dt = 0.02 * PULSE.units.time
-    compared, lammps = hc.compare(PULSE, [hc.Liggghts(dt), hc.Yade(dt)]), hc.Lammps(dt).run(PULSE)
-    for engine in ("liggghts", "yade"):
-        other = compared.results[engine]
-        # Round-off of absolute coordinates, of each of the two.
-        allowed = 2 * lammps.lost_digits.bound
-        assert largest_difference(other.peak_force, lammps.peak_force) <= allowed
-        assert other.backend == engine
-        assert any(digit.isdigit() for digit in other.versions[engine])
-    assert compared.verdict == "pass"
 
 
 @pytest.mark.parametrize(
@@ -86,19 +62,6 @@ def test_a_program_that_leaves_nothing(engine: Engine, tmp_path: Path) -> None:
 
 
 # Decks
-
-
-def test_the_force_of_liggghts_counts_steps() -> None:
-    rise = Leg(0.0, 2.0, 4, Ramp(0.0, 2.0, 0.0, 5.0, "linear"))
-    cut = Leg(1.0, 2.0, 4, Ramp(1.0, 5.0, 5.0, 1.0, "cosine"))  # the run ends within the ramp
-    assert liggghts.force_formula(rise) == "0.0+5.0*elapsed*0.25"
-    assert liggghts.force_formula(cut) == "5.0-4.0*sin(PI/2*elapsed*0.0625)^2"
-
-
-def test_a_leg_is_read_at_both_ends() -> None:
-    assert stops(Leg(0.0, 1.0, 7, None), 3) == [0, 3, 6, 7]
-    assert stops(Leg(0.0, 1.0, 6, None), 3) == [0, 3, 6]
-    assert stops(Leg(0.0, 1.0, 2, None), 3) == [0, 2]
 
 
 DECK_SCENE = paper_scene("cosine-triangular", 1.0, 2.0, granules=5)
@@ -227,70 +190,3 @@ def test_what_is_recorded_is_what_the_engines_find(tmp_path: Path) -> None:
         for who, force in peaks.items():
             # Other machines round otherwise.
             assert force == pytest.approx(kept[name][1][who], rel=1e-10, abs=0)
-
-
-def test_the_record_is_of_all_scenes() -> None:
-    assert list(engines.recorded()) == engines.names() == [*NAMES, engines.DAMPED]
-
-
-@pytest.mark.parametrize("name", engines.names())
-def test_the_record_agrees_with_velocity_verlet_of_today(name: str) -> None:
-    dt, peaks = engines.recorded()[name]
-    scene = engines.scene_of(name)
-    assert dt == engines.step_of(scene)
-    native = engines.native_peaks(scene, dt)
-    # Written with 15 digits; other machines round otherwise, step by step.
-    assert peaks["native"] == pytest.approx(native, rel=1e-11, abs=0)
-    for engine in engines.ENGINES:
-        assert largest_difference(peaks[engine], native) <= engines.AGREED
-        # And with one another as far as round-off goes, about 1e-12 at 24 scenes.
-        assert largest_difference(peaks[engine], peaks["lammps"]) <= 1e-10
-
-
-def test_readings_that_are_missing_or_too_many_are_refused() -> None:
-    scene = PLAIN["short"]
-    legs = scene.schedule(1e-6)
-    strides = [10] * len(legs)
-    wanted = sum(len(stops(leg, 10)) for leg in legs)
-    rest = Granules(*np.ones((3, 3)))
-    for count in (wanted - 1, wanted + 1):
-        seen = Observation(scene, NONE, legs, None, "Yade")
-        with pytest.raises(RunFailed, match=f"left {count} readings, not the {wanted} it was"):
-            seen.replay(rest, np.zeros((count, 3, 3)), strides)
-
-
-@pytest.mark.parametrize(
-    ("speed", "steps", "diverges"), [(19.0, 100, False), (21.0, 100, True), (21.0, 1, True)]
-)
-def test_granules_faster_than_all_the_impulse_in_one_have_diverged(
-    speed: float, steps: int, diverges: bool
-) -> None:
-    """No granule is ever faster than the impulse over its mass; twenty times it is no rounding.
-
-    A leg may be one step.
-    """
-    scene = PULSE
-    legs, stride = scene.schedule(scene.end_time / steps), 10
-    diameter, granules = 2 * scene.chain.radius, scene.chain.granules
-    position, ones = diameter * np.arange(granules, dtype=np.float64), np.ones(granules)
-    rest = Granules(position, scene.chain.granule_mass * ones, diameter * ones)
-    readings = np.zeros((sum(len(stops(leg, stride)) for leg in legs), 3, granules))
-    readings[:, 0] = position
-    readings[-1, 1, -1] = speed * scene.impulse / scene.chain.granule_mass
-    refused = pytest.raises(StepUnstable, match="the Yade run diverged: its step is too long")
-    seen = Observation(scene, NONE, legs, None, "Yade")
-    with refused if diverges else nullcontext():
-        seen.replay(rest, readings, [stride] * len(legs))
-
-
-def test_arrays_that_are_no_readings_are_refused(tmp_path: Path) -> None:
-    path = tmp_path / "readings.npy"
-    with pytest.raises(RunFailed, match="Yade left no readings that can be read"):
-        read_array(path, (None, 3, 5))
-    for wrong in (np.zeros((2, 3, 4)), np.zeros(5), np.zeros((2, 3, 5), np.float32)):
-        np.save(path, wrong)
-        with pytest.raises(RunFailed, match="Yade left readings of another shape"):
-            read_array(path, (None, 3, 5))
-    path.write_bytes(path.read_bytes()[:60])
-    with pytest.raises(RunFailed, match="Yade left"):
-        read_array(path, (None, 3, 5))

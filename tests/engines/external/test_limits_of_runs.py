@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 import math
-import re
 import sys
-import time
 from collections.abc import Callable
 from dataclasses import replace
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -17,12 +14,9 @@ import pytest
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.native import elastic, simulation
-from hertzchain.engines.native.as_written import RungeKutta
-from hertzchain.engines.native.plan import METHODS, SymplecticNystrom, Walker
-from hertzchain.engines.native.simulation import simulate
+from hertzchain.engines.native.plan import METHODS, SymplecticNystrom
 from hertzchain.errors import RunFailed, StepUnstable, TooExpensive, Unpredictable
-from hertzchain.limits import Deadline, in_words, refuse_memory
-from hertzchain.observables import error_bound
+from hertzchain.limits import Deadline
 from hertzchain.observables.error_bound import stable_step
 from hertzchain.observables.peaks import largest_difference
 from tests.command_line import python
@@ -83,18 +77,6 @@ def test_steps_above_the_limit_are_refused_before_the_run(name: str) -> None:
     limit = stable_step(scene, METHODS[name].interval)
     with pytest.raises(StepUnstable, match=f"{name} is stable up to .* choose a smaller dt"):
         hc.Native(name, 1.2 * limit).run(scene)
-
-
-@pytest.mark.parametrize("name", ["velocity-verlet", "rk4"])
-def test_the_motion_diverges_above_the_limit(name: str) -> None:
-    """Contacts pressed by F0 under a long pulse; SRKN_11^b holds out a little longer."""
-    scene = paper_scene("cosine", 30.0, 6.0, granules=100)
-    walker = Walker(METHODS[name].walker.stepper)
-    step = 1.4 * stable_step(scene, METHODS[name].interval)
-    legs = scene.schedule(step)
-    run = RungeKutta(scene, Deadline(60.0)).simulate if name == "rk4" else partial(simulate, scene)
-    with pytest.raises(StepUnstable, match="diverged"):
-        run(legs, walker)
 
 
 # Time limits
@@ -168,57 +150,6 @@ def test_a_batch_is_stopped_at_the_limit(monkeypatch: pytest.MonkeyPatch) -> Non
     assert sum(end.size for end in ends) < ratios.size
 
 
-def test_short_runs_that_become_long_obey_the_limit(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Steps halved again and again make a run of a few thousand steps one of a million."""
-    scene = paper_scene("cosine", 1035.723485952797, 8040.00946165986, granules=5)
-    asked: list[float] = []
-    march, stoppable = elastic.march, simulation.stoppable
-
-    def noted(*arguments: Any) -> Any:
-        asked.append(float(arguments[-1][0]))
-        return march(*arguments)
-
-    def too_late(run: Callable[[], Any], control: FloatArray, _: Deadline) -> Any:
-        return stoppable(run, control, Deadline(1e-9))
-
-    monkeypatch.setattr(elastic, "march", noted)
-    monkeypatch.setattr(simulation, "stoppable", too_late)
-    monkeypatch.setattr(simulation, "LOOKS", 1.0)  # so that a hundredth of a second is long
-    with pytest.raises(TooExpensive, match="stopped at the time limit"):
-        hc.Native(peaks_only=True).run(scene)
-    # Taken for a short one, which is stopped when it is not; then for one that obeys its limit,
-    # which may be over before it begins: then it is stopped at its first look.
-    assert asked[-2] == 1.0
-    assert asked[-1] in (0.0, -1.0)
-
-
-def test_what_is_refused_for_its_cost_costs_that() -> None:
-    """The lower bound of the time is one."""
-    for ratio, granules in ((0.01, 60), (1.0, 2000), (100.0, 400)):
-        scene = paper_scene("cosine", ratio, 2.0, granules=granules)
-        begin = time.process_time()
-        hc.Native("srkn-11b", peaks_only=True).run(scene)
-        took = time.process_time() - begin
-        with pytest.raises(TooExpensive, match="takes at least") as refused:
-            hc.Native("srkn-11b", peaks_only=True, time_limit=1e-9).run(scene)
-        least = re.search(r"at least (\S+) s,", str(refused.value))
-        assert 0 < float(least[1]) <= took
-
-
-def test_memory_that_is_not_there_is_not_asked_for() -> None:
-    refuse_memory(1e6)
-    with pytest.raises(TooExpensive, match="GB of memory"):
-        refuse_memory(1e18)
-
-
-def test_a_deadline() -> None:
-    deadline = Deadline(5000.0)  # this test, interrupted as it may be, takes no 100 s
-    assert 4900 < deadline.left <= 5000
-    deadline.refuse(4900.0)
-    with pytest.raises(TooExpensive, match="at least 85 min"):
-        deadline.refuse(5100.0)
-
-
 # Motion without digits
 
 
@@ -267,15 +198,6 @@ def test_a_difference_that_is_small_by_chance_is_not_believed(name: str, dt: flo
     assert largest_difference(result.peak_force, true) <= result.error_estimate
 
 
-@pytest.mark.lammps
-def test_lammps_that_diverges_is_stopped(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Steps that pass for stable, but are not: no granule is faster than all the impulse in one."""
-    monkeypatch.setattr(error_bound, "refuse_unstable", lambda *_: None)
-    scene = paper_scene("cosine", 30.0, 6.0, granules=60)
-    with pytest.raises(RunFailed, match=r"diverged|too long|smaller dt"):
-        hc.Lammps(1.3 * scene.units.time).run(scene)
-
-
 @pytest.mark.skipif(sys.platform != "linux", reason="memory is bounded on Linux alone")
 def test_bounded_memory_is_half_of_what_there_is() -> None:
     """Maps are not filled, so that nothing is taken."""
@@ -290,45 +212,3 @@ def test_bounded_memory_is_half_of_what_there_is() -> None:
     )
     done = python("-c", code, check=True)
     assert "Cannot allocate memory" in done.stdout
-
-
-def test_times_in_words() -> None:
-    assert [in_words(s) for s in (0.3, 100.0, 3600.0, 1e5, 1e6, 1e9)] == [
-        *("0.3 s", "100 s", "60 min", "27.8 hours", "11.6 days", "31.7 years")
-    ]
-
-
-def test_a_pulse_table_that_pushes_late_is_not_refused_before_it_runs() -> None:
-    """While it waits nothing moves, and the wait costs next to nothing."""
-    unit = paper_scene("cosine", 1.0, 2.0).units.time
-    table = hc.PulseTable((1e6 * unit, (1e6 + 1) * unit, (1e6 + 2) * unit), (0.0, 100.0, 0.0))
-    scene = hc.Scene(hc.Chain(100_000, **STEEL), table)
-    with pytest.raises(TooExpensive, match="stopped at"):
-        hc.Native("srkn-11b", scene.units.time, peaks_only=True, time_limit=0.5).run(scene)
-
-
-def test_many_short_steps_obey_the_limit(monkeypatch: pytest.MonkeyPatch) -> None:
-    """With three granules a step costs more than its granules, and a stop is still seen in time."""
-    reached: list[float] = []
-
-    def late(run: Callable[[], Any], control: FloatArray, deadline: Deadline) -> Any:
-        control[0] = 10.0  # stop at the tenth look at whether time is left
-        run()
-        reached.append(float(control[1]))
-        raise deadline.passed()
-
-    monkeypatch.setattr(simulation, "stoppable", late)
-    scene = paper_scene("cosine-triangular", 1044.4449956748701, 1.001, granules=3)
-    with pytest.raises(TooExpensive, match="stopped at the time limit"):
-        hc.Native("velocity-verlet", 2e-3 * scene.units.time).run(scene)
-    # A look is taken every 38 natural units; without the cost of a step itself, every 667.
-    assert 0.0 < reached[0] < 1000.0, reached
-
-
-def test_weak_shocks_allow_longer_steps() -> None:
-    """Softer contacts: F to the power 1/6 in the frequency."""
-    weak, strong = paper_scene("cosine", 1e-3, 2.0), paper_scene("cosine", 2.0, 2.0)
-    longer = stable_step(weak, 2.0) / weak.units.time
-    assert longer > 3 * stable_step(strong, 2.0) / strong.units.time
-    result = hc.Native("velocity-verlet", 0.1 * longer * weak.units.time).run(weak)
-    assert result.error_estimate < 0.3

@@ -13,6 +13,7 @@ import pytest
 from hertzchain.engines.external import program as programs
 from hertzchain.engines.external.observation import read_blocks, read_frames
 from hertzchain.engines.external.program import find_program, run_program
+from hertzchain.engines.external.readings import read_frames
 from hertzchain.errors import BackendMissing, RunFailed, TooExpensive
 from hertzchain.limits import Deadline
 
@@ -128,23 +129,6 @@ def test_frames_in_the_order_of_the_ids(tmp_path: Path) -> None:
     assert values[1].tolist() == [[2, -1e-300, 3], [1 / 3, 0.25, 0.75]]
     assert values.shape == (2, 2, 3)
     assert np.array_equal(values[0, 1], [0.1, 0.25, 0.75])
-
-
-def test_blocks_hold_so_many_frames(tmp_path: Path) -> None:
-    path = tmp_path / "a.dump"
-    path.write_text("".join(FRAME.format(step=k, x=k / 7) for k in range(5)))
-    blocks = list(read_blocks(path, ("x",), frames=2))
-    assert [steps.tolist() for steps, _ in blocks] == [[0, 1], [2, 3], [4]]
-    assert [values[:, 0, 0].tolist() for _, values in blocks] == [
-        [0, 1 / 7],
-        [2 / 7, 3 / 7],
-        [4 / 7],
-    ]
-    path.write_text(path.read_text()[:-4])
-    blocks_left = read_blocks(path, ("x",), frames=2)
-    next(blocks_left), next(blocks_left)
-    with pytest.raises(RunFailed, match="cut off"):
-        next(blocks_left)
 
 
 @pytest.mark.parametrize("lost", ["0.75 3 3\n", "id vx\n0.25", "ITEM"])

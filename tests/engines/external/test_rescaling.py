@@ -12,9 +12,7 @@ from hertzchain.engines.external import engine
 from hertzchain.engines.external.rescaling import (
     NONE,
     TOLERABLE,
-    Softening,
     predicted_loss,
-    round_off,
     softening,
 )
 from hertzchain.engines.native.plan import METHODS
@@ -25,7 +23,6 @@ from hertzchain.scene.shocks import PROFILES, profile_named
 from hertzchain.verdict.check import Check
 from hertzchain.verdict.run_checks import balance_checks, same_steps_checks
 from tests.conftest import STEEL
-from tests.engines.lammps.test_lammps import largest
 from validation.random_scenes import spread
 
 VERLET = METHODS["velocity-verlet"].walker
@@ -77,20 +74,6 @@ def test_overlaps_become_as_deep_as_they_may(
         assert scaling == NONE
     # A stiffer chain has smaller overlaps; where the chain flies far that costs a little.
     assert after <= before * (8 if scaling.power < 0 else 1.0)
-
-
-def test_overlaps_under_a_long_pulse_are_no_deeper_than_expected() -> None:
-    """Granules that were thrown ahead meet again, and press one another by more than F0."""
-    scene = scene_of(1e-9, 60, 30.0, 70.0, "cosine")
-    peaks = hc.Native(peaks_only=True).run(scene).peak_force
-    highest = float(np.max(peaks)) / scene.units.force
-    assert highest > 2
-    # Lengths grow in powers of 4: one of these comes near what is allowed.
-    for depth in np.geomspace(1e-9, 4e-9, 30):
-        scene = scene_of(float(depth), 60, 30.0, 70.0, "cosine")
-        scaling = softening(scene, steps_of(scene, 0.01))
-        # In radii: where two overlaps add up to 2, granules touch the next but one.
-        assert depth * scaling.length * highest ** (2 / 3) < 0.8
 
 
 @pytest.mark.lammps
@@ -174,34 +157,6 @@ def test_as_a_similar_scene_to_the_last_digit(
 
 
 @pytest.mark.lammps
-@pytest.mark.parametrize(
-    ("depth", "granules", "momentum_ratio", "n"),
-    [
-        (1e-9, 60, 2.0, 2.0),
-        (1e-3, 5, 50.0, 1.2),
-        (0.05, 3, 300.0, 2.0),
-        (0.9, 20, 0.05, 100.0),
-        pytest.param(1e-5, 200, 1e-3, 5.0, marks=pytest.mark.slow),
-        pytest.param(0.3, 2, 1000.0, 1.1, marks=pytest.mark.slow),
-    ],
-)
-def test_the_loss_is_predicted_and_bounded(
-    depth: float, granules: int, momentum_ratio: float, n: float
-) -> None:
-    scene = scene_of(depth, granules, momentum_ratio, n)
-    dt = 0.05 * scene.units.time
-    result = hc.Lammps(dt).run(scene)
-    scaling = softening(scene, result.steps)
-    bound = round_off(scene, scaling, result.steps, result.peak_force, result.displacement)
-    assert result.lost_digits.bound == bound <= result.error_estimate
-    assert result.lost_digits.predicted == predicted_loss(scene, result.steps)
-    # 1.1 to 1.8 times the bound in random scenes.
-    assert 0.5 * bound < predicted_loss(scene, result.steps, scaling) < 3 * bound
-    twin = simulate(scene, scene.schedule(dt), VERLET)
-    assert largest(result.displacement / scene.units.length, twin.displacement) < bound
-
-
-@pytest.mark.lammps
 @pytest.mark.parametrize("extrapolated", [False, True])
 def test_no_shorter_steps_where_coordinates_cost_more_than_they(
     extrapolated: bool, monkeypatch: pytest.MonkeyPatch
@@ -217,25 +172,6 @@ def test_no_shorter_steps_where_coordinates_cost_more_than_they(
     # As many as without the loss, or fewer, but for what rounding does to the trial runs (1 %);
     # trying on takes 16 to 60 times as many.
     assert lost.steps < 1.1 * plain.steps
-
-
-@pytest.mark.lammps
-@pytest.mark.parametrize(
-    ("depth", "power"),
-    [
-        (1e-3, 6),
-        # No overlap is a diameter by itself, but two beside one another are.
-        (1.5e-3, 5),
-    ],
-)
-def test_granules_that_touch_the_next_but_one_are_refused(
-    depth: float, power: int, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    # Expected peaks can be wrong, under tables of many pushes; nothing is to be made of that.
-    monkeypatch.setattr(engine, "softening", lambda *_: Softening(power))
-    scene = scene_of(depth, 5)
-    with pytest.raises(OverlapTooLarge, match="through one another"):
-        hc.Lammps(0.02 * scene.units.time).run(scene)
 
 
 # Whatever the scene

@@ -17,17 +17,20 @@ from hertzchain.errors import HertzchainError, RunFailed
 from hertzchain.observables.peaks import largest_difference
 from hertzchain.verdict.run_checks import balance_checks, same_steps_checks
 from tests.conftest import STEEL
-from tests.engines.external.test_same_steps import (
+from tests.engines.lammps.test_lammps import largest
+from tests.scenes import (
     DAMPED,
     DASHPOT,
-    DRIVES,
+    PISTONS,
+    PULSE,
     RESTITUTION,
+    SINES,
+    TERMS,
+    UNIFORM,
     VISCOELASTIC,
+    load,
 )
-from tests.engines.lammps.test_lammps import largest
-from tests.engines.native.test_terms import PULSE, SCENES, UNIFORM
-from tests.scenes import load
-from validation.random_scenes import random_scene_with_piston, random_scene_with_sine
+from validation.random_drives import random_scene_with_piston, random_scene_with_sine
 
 
 @pytest.mark.lammps
@@ -40,7 +43,7 @@ from validation.random_scenes import random_scene_with_piston, random_scene_with
 )
 def test_results_are_those_of_lammps(engine: type[ProgramEngine]) -> None:
     """Read at the same steps only round-off differs, in peaks and histories, wall and all."""
-    scene = SCENES["all at once"]
+    scene = TERMS["all at once"]
     times = np.linspace(0.0, scene.end_time, 9)
     dt = 0.1 * scene.contact_time
     other, lammps = (each(dt=dt).run(scene, record=times) for each in (engine, hc.Lammps))
@@ -58,7 +61,7 @@ def test_results_are_those_of_lammps(engine: type[ProgramEngine]) -> None:
 
 
 COMPUTED = {law: DAMPED[law] for law in ("restitution", "viscoelastic")}
-WRITTEN = {**SCENES, **COMPUTED, "plain": load("demo")}
+WRITTEN = {**TERMS, **COMPUTED, "plain": load("demo")}
 
 
 @pytest.mark.parametrize("name", WRITTEN)
@@ -84,9 +87,9 @@ class Plain(hc.Liggghts):
     TERMS: ClassVar[tuple[str, ...]] = ()
 
 
-@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize("name", TERMS)
 def test_an_engine_refuses_terms_that_it_does_not_list(name: str) -> None:
-    scene = SCENES[name]
+    scene = TERMS[name]
     with pytest.raises(RunFailed, match=f"LIGGGHTS does not support {', '.join(scene.terms)}"):
         Plain(program="no-such").run(scene)
 
@@ -125,7 +128,7 @@ EACH = [
 @pytest.mark.parametrize("engine", EACH)
 @pytest.mark.parametrize(("rtol", "extrapolated"), [(1e-2, False), (1e-5, True)])
 def test_the_wanted_error(engine: type[ProgramEngine], rtol: float, extrapolated: bool) -> None:
-    scene = replace(SCENES["all at once"], contact=RESTITUTION)
+    scene = replace(TERMS["all at once"], contact=RESTITUTION)
     result = engine(rtol=rtol, extrapolated=extrapolated).run(scene)
     truth = hc.Native(rtol=1e-9).run(scene)
     error = largest_difference(result.peak_force, truth.peak_force)
@@ -136,20 +139,8 @@ def test_the_wanted_error(engine: type[ProgramEngine], rtol: float, extrapolated
         assert result.balance.dissipated == pytest.approx(lost, rel=rtol, abs=0)
 
 
-@pytest.mark.parametrize(
-    ("law", "models"),
-    [
-        ("restitution", "hertz"),
-        ("viscoelastic", "hertz/stiffness"),
-        ("dashpot, pulling", "hertz + hooke/stiffness"),
-    ],
-)
-def test_the_method_of_liggghts_names_the_models_that_run(law: str, models: str) -> None:
-    assert hc.Liggghts().method_of(DAMPED[law]) == f"velocity-verlet, gran model {models}"
-
-
 def test_laws_that_an_engine_does_not_have() -> None:
-    scene = SCENES["all at once"]
+    scene = TERMS["all at once"]
     small = hc.Contact("restitution", restitution=0.05)
     laws = {law: scene.contact for law, scene in DAMPED.items()}
     allowed = [None, *laws.values(), replace(small, restitution=math.nextafter(0.05, 1))]
@@ -178,24 +169,6 @@ def test_the_damping_of_a_viscoelastic_deck() -> None:
     assert damping == pytest.approx(expected, rel=1e-12)  # rounding
 
 
-def taper(granules: int) -> hc.Scene:
-    """Granules of one material, each lighter than the one before."""
-    chain = hc.Chain(granules, **{**STEEL, "radius": [4e-3 * 0.999**k for k in range(granules)]})
-    return hc.Scene(chain, hc.Striker(1.0), contact=VISCOELASTIC)
-
-
-def test_types_of_viscoelastic_contacts() -> None:
-    """A number for each pair of materials and masses, of which a deck can have so many."""
-    types, kinds = liggghts.types_of(replace(taper(100), wall=hc.Wall("same")))
-    assert kinds == list(range(1, 101))
-    assert len(types) == 101
-    with pytest.raises(RunFailed, match="101 pairs of material and mass are too many"):
-        liggghts.types_of(taper(101))
-    alike, kinds = liggghts.types_of(replace(taper(101), contact=RESTITUTION))
-    assert len(alike) == 1
-    assert set(kinds) == {1}
-
-
 @pytest.mark.parametrize("engine", [hc.Liggghts, hc.Yade])
 def test_damping_of_the_walls_own_is_refused_before_a_run(engine: type[ProgramEngine]) -> None:
     wall = hc.Wall("rigid", restitution=0.5)
@@ -209,7 +182,7 @@ def test_damping_of_the_walls_own_is_refused_before_a_run(engine: type[ProgramEn
     "name", [pytest.param("column", marks=pytest.mark.slow), "above the cut-off, wall"]
 )
 def test_comparisons(name: str) -> None:
-    compared = hc.compare(DRIVES[name])
+    compared = hc.compare((PISTONS | SINES)[name])
     assert [check for check in compared.checks if not check.passed] == []
     assert compared.verdict == "pass"
 
@@ -219,7 +192,7 @@ def test_comparisons(name: str) -> None:
     "other", [hc.Sine(10.00001, 8000.0, 3), hc.Sine(10.0, 8000.1, 3), hc.Sine(10.0, 8000.0, 4)]
 )
 def test_another_sine_is_found(other: hc.Sine) -> None:
-    scene = DRIVES["as strong as the load"]
+    scene = (PISTONS | SINES)["as strong as the load"]
     run, load = hc.Run(scene.end_time), hc.Precompression(10.1)
     scene = hc.Scene(scene.chain, scene.shock, run, precompression=load)
     result = hc.Lammps(dt=0.02 * scene.contact_time).run(scene)

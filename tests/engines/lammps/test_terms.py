@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 from typing import Any
 
@@ -11,13 +10,12 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.engines.lammps.deck import set_up
-from hertzchain.engines.lammps.dialect import asked_of_tsuji, tsuji
 from hertzchain.errors import OverlapTooLarge, RunFailed, Unpredictable
 from hertzchain.observables.peaks import largest_difference
 from hertzchain.scene.terms import ALL_TERMS, DAMPING, DampingLaw
 from hertzchain.verdict.run_checks import balance_checks, same_steps_checks
 from tests.conftest import STEEL
-from tests.engines.native.test_damped import FLYING, LAWS, PULSE, TWO
+from tests.scenes import LAWS, PULSE
 from validation.random_scenes import (
     pushed_within,
     random_damped_scene,
@@ -87,14 +85,6 @@ def test_same_scheme_same_steps(number: int) -> None:
     assert len(checks) == 3  # displacement, velocity and peaks
     for check in checks:
         assert check.passed, check
-
-
-@pytest.mark.lammps
-@pytest.mark.parametrize("wall", [None, hc.Wall("rigid")], ids=str)
-def test_a_load_behind_a_free_striker(wall: hc.Wall | None) -> None:
-    scene = hc.Scene(THREE, hc.Striker(0.5), wall=wall, precompression=hc.Precompression(20.0))
-    result = hc.Lammps(dt=STEP * scene.contact_time).run(scene)
-    assert [check for check in same_steps_checks(result) if not check.passed] == []
 
 
 @pytest.mark.lammps
@@ -263,7 +253,12 @@ ONE_EACH = {
     "viscoelastic": hc.Scene(
         hc.Chain(3, **STEEL | {"radius": [4e-3, 5e-3, 6e-3]}), PULSE, contact=LAWS["viscoelastic"]
     ),
-    "dashpot": replace(FLYING, contact=LAWS["dashpot"]),
+    "dashpot": hc.Scene(
+        hc.Chain(6, gap=2e-6, **STEEL),
+        hc.Striker(1.0),
+        wall=hc.Wall("same"),
+        contact=LAWS["dashpot"],
+    ),
 }
 
 
@@ -277,7 +272,7 @@ def test_damping_that_is_off_by_a_millionth_shows(law: DampingLaw) -> None:
 
 @pytest.mark.lammps
 def test_attraction_shows() -> None:
-    pulling = hc.Scene(TWO, hc.Striker(1.0), contact=LAWS["restitution, pulling"])
+    pulling = hc.Scene(hc.Chain(2, **STEEL), hc.Striker(1.0), contact=LAWS["restitution, pulling"])
     refuse_another(pulling, contact=LAWS["restitution"])
 
 
@@ -300,27 +295,6 @@ def test_peaks_are_as_right_as_asked(law: str, extrapolated: bool) -> None:
     assert result.balance.dissipated > 0
 
 
-def alpha_of(restitution: float) -> float:
-    """The damping with which two spheres that may pull part with this restitution."""
-    log = math.log(restitution)
-    return -math.sqrt(5) * log / math.hypot(math.pi, log)
-
-
-@pytest.mark.parametrize("restitution", [0.15, 0.4, 0.8, 0.9])
-def test_the_polynomial_of_tsuji_is_near_the_closed_form(restitution: float) -> None:
-    # It is a fit, 0.6 % off at 0.8.
-    assert tsuji(restitution, root_2=True) == pytest.approx(alpha_of(restitution), rel=0.01)
-
-
-def test_the_number_that_tsuji_is_asked_for() -> None:
-    for restitution in (0.12, 0.3, 0.8, 0.99, 0.99999):
-        asked = asked_of_tsuji(restitution)
-        assert asked is not None
-        # Sums of numbers of up to 27 are rounded to 4e-15.
-        expected = pytest.approx(alpha_of(restitution), rel=1e-12, abs=1e-14)
-        assert tsuji(asked, root_2=False) == expected
-
-
 @pytest.mark.parametrize(
     ("restitution", "wall", "before", "since", "named"),
     [
@@ -333,7 +307,7 @@ def test_a_lammps_without_the_damping_is_refused(
     restitution: float, wall: hc.Wall | None, before: str | None, since: str, named: str
 ) -> None:
     law = hc.Contact("restitution", restitution=restitution)
-    scene = hc.Scene(TWO, hc.Striker(1.0), wall=wall, contact=law)
+    scene = hc.Scene(hc.Chain(2, **STEEL), hc.Striker(1.0), wall=wall, contact=law)
     set_up(scene, version=since)
     if before is not None:
         with pytest.raises(RunFailed, match=rf"LAMMPS of {before} does not .* of {named} or later"):

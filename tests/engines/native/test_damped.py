@@ -12,11 +12,10 @@ from numpy.typing import NDArray
 
 import hertzchain as hc
 from hertzchain.engines.external.rescaling import Softening
-from hertzchain.engines.native import damped_kernel, elastic_chain
-from hertzchain.engines.native.damped_runs import accurate, first_tolerance, integrate_damped
+from hertzchain.engines.native import elastic_chain
+from hertzchain.engines.native.damped_runs import integrate_damped
 from hertzchain.engines.native.damped_verlet import simulate_damped_verlet
 from hertzchain.engines.native.equations import Chain
-from hertzchain.engines.native.simulation import room_for
 from hertzchain.errors import SceneError, StepUnstable
 from hertzchain.known.answer import deck_step
 from hertzchain.observables.error_bound import (
@@ -26,18 +25,14 @@ from hertzchain.observables.error_bound import (
     stable_step,
 )
 from hertzchain.observables.peaks import largest_difference
-from hertzchain.observables.samples import Recorder
 from hertzchain.verdict.run_checks import balance_checks
 from tests.conftest import STEEL
 from tests.oracles import extrapolation
-from validation.random_scenes import (
-    random_damped_scene,
-    random_hard_scene,
-    random_scene_with_piston,
-)
+from tests.scenes import LAWS, PULSE, scene_with
+from validation.random_drives import random_hard_scene, random_scene_with_piston
+from validation.random_scenes import random_damped_scene
 
 TWO = hc.Chain(2, **STEEL)
-PULSE = hc.Pulse("cosine", 100.0, 2.0, momentum_ratio=1.0)
 
 PARTED = {0.9: 0.9020261, 0.8: 0.8080993, 0.7: 0.7182014, 0.5: 0.5502832, 0.3: 0.3971405}
 """Restitution without attraction by the nominal one; from the closed form."""
@@ -58,25 +53,6 @@ def test_two_spheres_part_as_the_closed_form_says(asked: float, ratio: float) ->
     pulling = replace(scene, contact=replace(law, attraction=True))
     # Peaks are asked for to 1e-10, of which the velocity has as much.
     assert restitution(pulling) == pytest.approx(asked, rel=1e-9, abs=0)
-
-
-LAWS = {
-    "restitution": hc.Contact("restitution", restitution=0.8),
-    "viscoelastic": hc.Contact("viscoelastic", relaxation_time=1e-6),
-    "dashpot": hc.Contact("dashpot", coefficient=5.0),
-    "restitution, pulling": hc.Contact("restitution", restitution=0.8, attraction=True),
-}
-
-
-def scene_with(law: hc.Contact) -> hc.Scene:
-    """All terms at once."""
-    granules = [STEEL, STEEL | {"density": 3000.0}, STEEL | {"radius": 4e-3}] * 3
-    chain = hc.Chain(9, **{key: [each[key] for each in granules] for key in STEEL})
-    load = hc.Precompression(2.0, 9.81)
-    striker = hc.Striker(0.5, radius=6e-3)
-    return hc.Scene(
-        chain, striker, wall=hc.Wall("elastic", 70e9, 0.33), precompression=load, contact=law
-    )
 
 
 @pytest.mark.parametrize("key", ["coefficient", "relaxation_time"])
@@ -120,18 +96,6 @@ def test_the_damper_that_is_too_strong_is_named() -> None:
     refuse_strong_dampers(damped(0.9 * light, 0.9 * heavy))
 
 
-def test_no_run_for_the_end_of_a_scene_that_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Waves of unlike granules are reflected: quick runs tell when all pulses are over."""
-
-    def run(*_: object, **__: object) -> None:
-        pytest.fail("a run that nothing can follow")
-
-    monkeypatch.setattr("hertzchain.engines.native.damped_runs.simulate_damped", run)
-    scene = scene_with(hc.Contact("dashpot", coefficient=1e300))
-    with pytest.raises(SceneError, match="beyond what can be computed"):
-        hc.Lammps().run(scene)
-
-
 def test_a_maximum_in_a_step_as_long_as_its_leg() -> None:
     """Every run that tells the error has this step: 1.7e-7 by interpolation, the whole bound."""
     scene = random_hard_scene(np.random.default_rng([7, 1, 20364]), 30, 200.0, is_damped=True)
@@ -154,9 +118,6 @@ def test_a_bead_leaves_a_wall_with_its_restitution(coefficient: float | None) ->
 Floats = NDArray[np.float64]
 
 DASHPOT, RESTITUTION, VISCOELASTIC = 0.0, 0.25, 0.5
-
-FREE = np.array([[0.0, 12.0, 1, 0, 0, 0, 0, 0]])
-"""One leg without an applied force."""
 
 
 def uniform(granules: int, exponent: float, damping: float, attraction: bool = False) -> Chain:
@@ -200,38 +161,6 @@ def test_order_over_a_run(exponent: float) -> None:
     assert errors[-1] < 1e-11
 
 
-def test_history() -> None:
-    """The history at any time equals the end of a run that stops there."""
-    gap = np.array([0.0, 0.2, 0.0, 0.1, 0.0])
-    chain = uniform(6, RESTITUTION, 0.3)._replace(gap=gap, attraction=True)
-    start = np.zeros((2, 6))
-    start[1, 0] = 1.0
-    times = np.array([0.0, 0.05, 1.0, 1.3, 2.5, 4.0, 9.0, 12.0])
-    record = room_for(Recorder(times, 6))
-    integrate_damped(chain, FREE, start, 1e-10, 0.8, record)
-    for k in range(1, times.size):
-        rows = FREE.copy()
-        rows[0, 1] = times[k]
-        run = integrate_damped(chain, rows, start, 1e-12, 0.8)
-        # Interpolants are as accurate as steps, within a factor of a hundred.
-        assert record.displacement[k] == pytest.approx(run.displacement, rel=0, abs=1e-8)
-        assert record.velocity[k] == pytest.approx(run.velocity, rel=0, abs=1e-8)
-        overlap = -np.diff(run.displacement) - chain.gap
-        rate, pressed = -np.diff(run.velocity), np.maximum(overlap, 0.0)
-        force = pressed**1.5 + 0.3 * pressed**0.25 * rate
-        assert record.contact_force[k] == pytest.approx(force, rel=0, abs=1e-8)
-
-
-@pytest.mark.parametrize("exponent", [DASHPOT, RESTITUTION, VISCOELASTIC])
-def test_granules_ahead_of_the_front_are_left_out(exponent: float) -> None:
-    chain, rows = uniform(60, exponent, 0.2), pulse_until(30.0)
-    front = integrate_damped(chain, rows, AT_REST, 1e-9, 0.8)
-    whole = integrate_damped(chain, rows, np.zeros((2, 60)), 1e-9, 0.8)
-    # The same steps: round-off.
-    assert front.steps == whole.steps
-    assert largest_difference(front.peaks.force, whole.peaks.force) < 1e-13
-
-
 @pytest.mark.parametrize(
     ("exponent", "damping"), [(DASHPOT, 100.0), (DASHPOT, 1000.0), (VISCOELASTIC, 10000.0)]
 )
@@ -245,38 +174,6 @@ def test_strong_dampers(exponent: float, damping: float) -> None:
         assert run.status == elastic_chain.DONE
         # At most 0.3 of the tolerance was measured, and 2e-10.
         assert largest_difference(run.peaks.force, true.peaks.force) < max(tolerance, 1e-9)
-
-
-def test_steps_that_do_not_advance_end() -> None:
-    """No step is accurate enough for this tolerance, so that all are as short as times resolve."""
-    chain, rows = uniform(6, RESTITUTION, 0.2), pulse_until(30.0)
-    run = integrate_damped(chain, rows, AT_REST, 1e-30, 0.8)
-    assert run.status == elastic_chain.STUCK
-    assert run.steps < 20_000
-
-
-def test_stop_and_most_work() -> None:
-    chain, rows = uniform(6, RESTITUTION, 0.2), pulse_until(30.0)
-    stopped = integrate_damped(chain, rows, AT_REST, 1e-9, 0.8, control=np.array([-1.0, 0.0, 0.0]))
-    assert stopped.status == elastic_chain.STOPPED
-    per_step = damped_kernel.STEP + 12 * 6  # stages, granules
-    few = integrate_damped(chain, rows, AT_REST, 1e-9, 0.8, most_work=2.5 * per_step)
-    assert (few.status, few.steps) == (elastic_chain.TOO_MUCH, 3)
-
-
-def test_runs_that_agree_by_chance_state_an_error() -> None:
-    """With the least tolerance an error of 1.5e-11 was measured that no difference showed."""
-    chain, rows = uniform(4, RESTITUTION, 0.2), pulse_until(10.0)
-    same = integrate_damped(chain, rows, AT_REST, 1e-12, 0.8)
-    assert accurate(lambda *_: same, 1e-10)[1].wanted > 1.5e-11
-
-
-@pytest.mark.parametrize(("rtol", "tolerance"), [(1e-3, 2e-5), (1e-6, 2e-8), (1e-12, 7e-13)])
-def test_the_first_tolerance_is_a_part_of_what_is_wanted(rtol: float, tolerance: float) -> None:
-    assert first_tolerance(rtol) == pytest.approx(tolerance)
-
-
-FLYING = hc.Scene(hc.Chain(6, gap=2e-6, **STEEL), hc.Striker(1.0), wall=hc.Wall("same"))
 
 
 @pytest.mark.parametrize("law", LAWS)
@@ -331,15 +228,6 @@ def test_momentum_and_energy_with_a_damped_piston(number: int) -> None:
     assert not balance_checks(wrong)[0].passed
 
 
-@pytest.mark.parametrize("step", [0.1, 0.01, 1e-4])
-def test_the_error_estimate_is_the_error(step: float) -> None:
-    """It is the difference to accurate peaks, and what these may be off by, 1e-9 or a tenth."""
-    scene = hc.Scene(hc.Chain(8, **STEEL), PULSE, contact=LAWS["restitution"])
-    result = hc.Native("velocity-verlet", step * scene.contact_time).run(scene)
-    error = largest_difference(result.peak_force, hc.Native(rtol=1e-9).run(scene).peak_force)
-    assert error - 1e-9 < result.error_estimate < 1.1 * error + 2e-9
-
-
 def test_a_similar_scene_of_each_law() -> None:
     """The force does not change, velocities grow with times: see ``Softening``."""
     for law in LAWS.values():
@@ -365,17 +253,6 @@ def test_a_force_that_jumps_as_a_contact_begins(gap: float) -> None:
     # It has the speed of the flight then, wherever within a step the contact begins.
     assert result.peak_force[0] == pytest.approx(150.0, rel=1e-12, abs=0)
     assert result.peak_time[0] == pytest.approx(gap / 0.5, rel=1e-12, abs=0)
-
-
-def test_a_history_has_the_forces_of_the_law() -> None:
-    scene = hc.Scene(TWO, hc.Striker(1.0), contact=LAWS["restitution"])
-    time = np.linspace(0, 3.0 * scene.units.time, 50)
-    scene = replace(scene, run=hc.Run(float(time[-1])))
-    method = hc.Native("velocity-verlet", 0.001 * scene.contact_time)
-    history, exact = (each.run(scene, record=time).history for each in (method, hc.Native()))
-    largest = np.max(exact.contact_force)
-    # First order; a step of 0.001 leaves as much of the peak.
-    assert np.max(np.abs(history.contact_force - exact.contact_force)) < 1e-3 * largest
 
 
 @pytest.mark.parametrize("law", LAWS)

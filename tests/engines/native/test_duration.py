@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 import sys
-import threading
 import time
 from collections.abc import Callable
 from dataclasses import replace
@@ -15,12 +14,12 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.cli import main
-from hertzchain.engines.native import duration, elastic, simulation
+from hertzchain.engines.native import duration
 from hertzchain.engines.native.duration import with_end
 from hertzchain.engines.native.simulation import Prepared
 from hertzchain.observables import preparation
 from hertzchain.observables.compiling import compiled_and_kept
-from hertzchain.observables.preparation import Watched, begins, ends
+from hertzchain.observables.preparation import Watched
 from tests.conftest import STEEL, paper_scene
 from tests.oracles.first_pulses import Trace
 from tests.places import ROOT
@@ -144,20 +143,6 @@ def native_that_compiles(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Prepared, "simulate", slowly)
 
 
-def test_what_is_compiled_is_timed_and_told() -> None:
-    square, told = a_new_function(), []
-    begin = time.perf_counter()
-    with Watched(lambda: told.append("compiling")) as preparation:
-        assert preparation.compile_time == 0
-        assert square(3.0) == 9.0
-    elapsed = time.perf_counter() - begin
-    assert told == ["compiling"]
-    assert 0 < preparation.compile_time <= preparation.time <= elapsed
-    with Watched(lambda: told.append("compiling")) as repeat:
-        square(3.0)
-    assert (repeat.compile_time, repeat.time, told) == (0, 0, ["compiling"])
-
-
 @pytest.mark.usefixtures("native_that_compiles")
 def test_the_time_of_a_run_is_without_compiling(demo: hc.Scene) -> None:
     begin = time.perf_counter()
@@ -180,41 +165,6 @@ def test_the_command_line_says_how_long_it_compiled(
     what = "compiling kernels for this kind of scene, once"
     assert re.fullmatch(rf"hertzchain: {what}: \S+ s\n", err)
     assert "compil" not in out
-
-
-def prepare(seconds: float) -> None:
-    """Take a time as loading a kernel does."""
-    begins()
-    time.sleep(seconds)
-    ends()
-
-
-def test_threads_of_other_runs_do_not_count() -> None:
-    with Watched() as preparation:
-        other = threading.Thread(target=prepare, args=(0.05,))
-        other.start()
-        other.join()
-        assert preparation.time == 0
-        prepare(0.01)
-    assert preparation.time >= 0.01
-
-
-def test_a_long_run_counts_what_its_own_thread_prepares(
-    demo: hc.Scene, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """A long run is done by another thread; here every run counts as long."""
-    march = elastic.march
-
-    def slowly(*given: Any) -> Any:
-        prepare(0.05)
-        return march(*given)
-
-    monkeypatch.setattr(elastic, "march", slowly)
-    monkeypatch.setattr(simulation, "LONG_RUN", 0.0)
-    begin = time.perf_counter()
-    result = hc.Native(peaks_only=True).run(demo)
-    # Two runs at least, one of them for the error.
-    assert result.wall_time <= time.perf_counter() - begin - 0.1
 
 
 def test_compiling_does_not_count_against_the_time_limit(

@@ -2,28 +2,19 @@
 
 from __future__ import annotations
 
-import ast
-import sys
 import threading
 import time
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from scipy.interpolate import BPoly, PPoly
 
 import hertzchain as hc
 from hertzchain.engines.native import (
-    damped_kernel,
-    damped_verlet_kernel,
-    elastic,
-    elastic_chain,
     simulation,
 )
 from hertzchain.engines.native.as_written import RungeKutta
-from hertzchain.engines.native.elastic_chain import Seen
 from hertzchain.engines.native.equations import Chain
 from hertzchain.engines.native.plan import (
     METHODS,
@@ -34,13 +25,11 @@ from hertzchain.engines.native.plan import (
     Stepper,
     Walker,
 )
-from hertzchain.engines.native.simulation import leg_rows, room_for, simulate, stoppable
+from hertzchain.engines.native.simulation import simulate, stoppable
 from hertzchain.limits import Deadline
-from hertzchain.observables import observer
 from hertzchain.observables.peaks import largest_difference
 from hertzchain.observables.samples import Recorder
 from hertzchain.scene.schedule import Leg
-from hertzchain.scene.shocks import SHAPES, Ramp
 from hertzchain.theory import solitary_wave as exact
 from tests import scenes
 from tests.conftest import STEEL, paper_scene
@@ -86,24 +75,6 @@ def slope(steps: list[float], errors: list[float]) -> float:
     return float(np.polyfit(np.log(steps), np.log(errors), 1)[0])
 
 
-def test_velocity_verlet_peaks_are_second_order(demo: hc.Scene, demo_reference: hc.Result) -> None:
-    steps = [0.08, 0.04, 0.02, 0.01]
-    expected = demo_reference.peak_force / demo.units.force
-    walker = METHODS["velocity-verlet"].walker
-    errors = [largest_difference(natural_peaks(demo, step, walker), expected) for step in steps]
-    # 2.00 for small steps; the fourth-order term adds some at 0.08.
-    assert slope(steps, errors) == pytest.approx(2.0, abs=0.02)
-
-
-def test_without_refinement_opening_contacts_spoil_the_reference() -> None:
-    scene = paper_scene("cosine", 0.5, 6.0)
-    true = natural_peaks(scene, 0.05)
-    plain = largest_difference(natural_peaks(scene, 0.05, Walker(SRKN_11B)), true)
-    refined = largest_difference(natural_peaks(scene, 0.1), true)
-    assert plain > 1e-9  # measured 1.1e-8
-    assert refined < 1e-11  # measured 6e-12, at twice the step
-
-
 def test_the_far_field_wave_has_the_exact_speed() -> None:
     scene = paper_scene("cosine", 0.5, 6.0, granules=400)
     legs = scene.schedule(METHODS["reference"].step * scene.units.time)
@@ -140,21 +111,6 @@ def test_a_peak_at_the_very_end_of_a_step_has_its_time() -> None:
     for steps in (20, 30, 40, 50):
         # A peak is flat: its time is known to the root of rounding, and a step is 0.08 at least.
         assert peak_time(2 * between, steps) == pytest.approx(between, rel=1e-7, abs=0)
-
-
-@pytest.mark.parametrize("shape", SHAPES)
-def test_a_ramp_of_a_leg_is_that_of_the_scene(shape: str) -> None:
-    """In force and rate, within rounding of the ends of the ramp."""
-    ramp, units = Ramp(1e-5, 4e-5, 20.0, 80.0, shape), paper_scene("cosine", 1.0, 2.0, 5).units
-    (leg,) = leg_rows([Leg(1e-5, 4e-5, 1, ramp)], units)
-    time = np.linspace(1e-5, 4e-5, 41)
-    force = [elastic_chain.applied_force(leg, at) for at in time / units.time]
-    rate = [elastic_chain.applied_force_rate(leg, at) for at in time / units.time]
-    assert units.force * np.array(force) == pytest.approx(ramp.force(time), rel=1e-14)
-    # A rate can be 0; the largest is at most 2 of the mean.
-    mean = 60.0 / 3e-5
-    expected = ramp.force_rate(time)
-    assert units.force / units.time * np.array(rate) == pytest.approx(expected, abs=1e-14 * mean)
 
 
 def pulse_table() -> hc.Scene:
@@ -204,17 +160,6 @@ def test_compiled_vs_numpy(scene: hc.Scene, walker: Walker) -> None:
     ]
     for measured, expected, errors in pairs:
         assert measured == pytest.approx(expected, rel=0, abs=errors * eps)
-
-
-@pytest.mark.parametrize("stepper", [SRKN_11B, VELOCITY_VERLET], ids=["srkn-11b", "verlet"])
-@pytest.mark.parametrize("window", [True, False])
-def test_start_displacements_vs_numpy(demo: hc.Scene, stepper: Stepper, window: bool) -> None:
-    legs = demo.schedule(0.1 * demo.units.time)
-    start = np.random.default_rng(1).uniform(-1e-3, 1e-3, (2, demo.chain.granules))
-    ours = simulate(demo, legs, Walker(stepper), start=start, window=window)
-    plain = simulate_in_numpy(demo, legs, Walker(stepper), start=start)
-    assert ours.peaks.force == pytest.approx(plain.peaks.force, rel=1e-11, abs=0)
-    assert ours.velocity == pytest.approx(plain.velocity, rel=0, abs=1e-11)
 
 
 @pytest.mark.parametrize(
@@ -278,76 +223,3 @@ def test_a_failure_in_a_long_run_is_not_lost() -> None:
 
     with pytest.raises(MemoryError, match="none left"):
         stoppable(work, np.zeros(2), Deadline(60.0))
-
-
-@pytest.mark.parametrize(
-    ("start", "end", "pushed"),
-    [
-        ((0.8373, 1.0318), (0.5468, 0.0005), (0.1221, 0.9665)),
-        ((0.5837, -0.0885), (0.8343, -1.0891), (0.9775, 0.0347)),
-    ],
-    ids=["rises at both ends", "falls at both ends"],
-)
-def test_a_maximum_in_a_step_whose_rate_is_no_parabola(
-    start: tuple[float, float],
-    end: tuple[float, float],
-    pushed: tuple[float, float],
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    """Two granules, a step of length 1: overlap and rate at its ends, and the applied force.
-
-    If the rate were a parabola that reaches 0, the sum of both rates would be half of the change of
-    acceleration at most. Here it is 0.658 and 0.748 of it.
-    """
-    for module in (elastic, observer):
-        for name, function in vars(module).items():
-            if hasattr(function, "py_func"):  # nothing is compiled for two steps
-                monkeypatch.setattr(module, name, function.py_func)
-    ends = []
-    for (overlap, rate), force in zip((start, end), pushed, strict=True):
-        contact = overlap**1.5
-        accelerations = np.array([force - contact, contact, 0.0])
-        ends.append((np.array([overlap, 0, 1e30]), np.array([rate, 0, 0]), accelerations))
-    (u0, v0, a), (u, v, g) = ends
-    leg = np.array([0.0, 1.0, 1.0, 1.0, 0.0, 1.0, *pushed])
-    peak, at = np.zeros(1), np.full(1, np.nan)
-    elastic.keep_peaks(
-        Seen(peak, at, room_for()), u0, v0, a, u, v, g, 0, 2, leg, 0.0, 1.0, 1.0, 0.0,
-        True, 0.0, None,
-    )  # fmt: skip
-    slope = pushed[1] - pushed[0]
-    derivatives = [
-        (overlap, rate, force - 2 * overlap**1.5, slope - 3 * np.sqrt(overlap) * rate)
-        for (overlap, rate), force in zip((start, end), pushed, strict=True)
-    ]
-    curve = PPoly.from_bernstein_basis(BPoly.from_derivatives([0.0, 1.0], derivatives))
-    turns = curve.derivative().roots(extrapolate=False).tolist()
-    highest = max(turns, key=lambda t: float(curve(t)))
-    assert curve(highest) > 1.05 * max(start[0], end[0])
-    assert len(turns) == 2
-    assert peak[0] == pytest.approx(curve(highest) ** 1.5, rel=1e-12, abs=0)
-    assert at[0] == pytest.approx(highest, rel=1e-9, abs=0)
-
-
-@pytest.mark.parametrize(
-    "kernel",
-    [elastic.march, damped_kernel.march, damped_verlet_kernel.take_steps, elastic.march_each],
-    ids=lambda kernel: kernel.py_func.__module__,
-)
-def test_a_kept_kernel_is_forgotten_when_a_module_changes_that_it_calls(kernel: Any) -> None:
-    """Also one that it imports by another; Numba itself sees changes in its own file alone."""
-    home = kernel.py_func.__module__
-    used, waiting = set[str](), [home]
-    while waiting:
-        used.add(name := waiting.pop())
-        tree = ast.parse(Path(str(sys.modules[name].__file__)).read_text(encoding="utf-8"))
-        imports = {str(node.module) for node in tree.body if isinstance(node, ast.ImportFrom)}
-        rooms = ("hertzchain.engines.native.", "hertzchain.observables.")
-        imports = {name for name in imports if name.startswith(rooms)}
-        waiting += imports - used
-    assert {home, "hertzchain.observables.compiling"} < used
-    stamp = kernel._cache._cache_file._source_stamp
-    for name in used:
-        path = Path(str(sys.modules[name].__file__))
-        file = path.stat()
-        assert (path.name, file.st_mtime, file.st_size) in stamp, name

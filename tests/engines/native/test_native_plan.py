@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import json
 from collections.abc import Callable
 from dataclasses import replace
@@ -15,12 +14,10 @@ import pytest
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.native import batch, simulation
-from hertzchain.engines.native import plan as plans
 from hertzchain.engines.native.batch import peak_forces, similar_peak_forces
-from hertzchain.engines.native.plan import METHODS, SRKN_11B, Walker
-from hertzchain.engines.native.simulation import leg_rows, simulate
+from hertzchain.engines.native.plan import METHODS
+from hertzchain.engines.native.simulation import simulate
 from hertzchain.limits import TIGHTEST, Deadline
-from hertzchain.observables.error_bound import is_short
 from hertzchain.observables.peaks import largest_difference
 from hertzchain.scene.shocks import PROFILES
 from tests.conftest import STEEL, paper_scene
@@ -70,78 +67,6 @@ def test_less_accuracy_costs_less(demo: hc.Scene) -> None:
     assert hc.Native().run(demo).force_evaluations == costs[ACCURACIES.index(1e-6) - 1]
     assert costs == sorted(costs)
     assert costs[-1] > 5 * costs[0]
-
-
-def test_peaks_alone_are_the_same_peaks(demo: hc.Scene) -> None:
-    whole, peaks = hc.Native(rtol=1e-8).run(demo), hc.Native(rtol=1e-8, peaks_only=True).run(demo)
-    assert np.array_equal(whole.peak_force, peaks.peak_force)
-    assert np.array_equal(whole.peak_time, peaks.peak_time)
-    assert whole.transition_granules == peaks.transition_granules
-    assert np.all(np.isnan(peaks.displacement))
-    # Of what was left behind too; the end of the run is another, which only rounding shows.
-    assert peaks.balance.momentum == pytest.approx(whole.balance.momentum, rel=1e-12, abs=0)
-    assert peaks.balance.energy == pytest.approx(whole.balance.energy, rel=1e-8, abs=0)
-    assert peaks.steps < whole.steps
-
-
-def test_short_chains_are_told_apart() -> None:
-    assert is_short(9.0, 4)
-    assert not is_short(2.0, 60)
-
-
-def test_known_scenes_are_those_that_random_scenes_are_drawn_from() -> None:
-    for limit, beyond in zip(RATIOS, (0.0, np.inf), strict=True):
-        ratios = np.array([limit, np.nextafter(limit, beyond)])
-        assert plans.is_known(ratios, np.full(2, 2.0), 60).tolist() == [True, False]
-    for limit, beyond in zip(DURATIONS, (0.0, np.inf), strict=True):
-        durations = np.array([limit, np.nextafter(limit, beyond)])
-        assert plans.is_known(np.ones(2), durations, 60).tolist() == [True, False]
-    assert plans.is_known(1.0, 2.0, GRANULES)
-    assert not plans.is_known(1.0, 2.0, GRANULES + 1)
-
-
-def test_steps_are_as_short_as_the_accuracy_needs() -> None:
-    """From 1e-4 on a batch need not follow contacts that open; a checked run always does."""
-    walkers = [plans.cheapest(rtol, checked=False).walker for rtol in (1e-4, 0.99e-4)]
-    assert [walker.tolerance > 0 for walker in walkers] == [False, True]
-    assert plans.cheapest(1e-2).walker.tolerance > 0
-
-
-def test_a_batch_checks_what_was_not_measured() -> None:
-    # Beyond the longest pulse measured the error is estimated from a second run, and by chance
-    # alone it would be the one that measured scenes are said to have.
-    n = np.array([DURATIONS[1], 1.01 * DURATIONS[1]])
-    for both in (
-        hc.similar_peak_forces("cosine", 2.0, n, 10, 1e-6),
-        hc.peak_forces([paper_scene("cosine", 2.0, float(k), 10) for k in n], 1e-6),
-    ):
-        error = plans.cheapest(1e-6, checked=False).error
-        # Round-off of a few thousand evaluations, 4e-14, is added.
-        assert both.error_estimate[0] == pytest.approx(error, rel=1e-6, abs=0)
-        assert abs(both.error_estimate[1] / error - 1) > 0.01
-
-
-@pytest.mark.parametrize(
-    ("hard", "error", "factor"),
-    [
-        # Half of what is wanted; a thousand times closer at most.
-        *((False, error, 0.5e-6 / error) for error in (1.1e-6, 1e-5, 0.49e-3)),
-        *((False, error, 1e-3) for error in (0.51e-3, np.inf)),
-        # With terms a hundred thousand times closer at most.
-        *(
-            (True, error, factor)
-            for error, factor in ((0.04, 1.25e-5), (0.06, 1e-5), (np.inf, 1e-3))
-        ),
-    ],
-)
-def test_how_much_closer_the_next_plan_is(hard: bool, error: float, factor: float) -> None:
-    plan = plans.cheapest(1e-6, hard=hard)
-    closer = plan.closer(1e-6, error, has_terms=hard)
-    tolerance = closer.walker.tolerance / plan.walker.tolerance
-    assert tolerance == pytest.approx(factor, rel=1e-12, abs=0)
-    if not hard:
-        # Errors go as the step to the power of the order, one more where the motion is smooth.
-        assert (closer.step / plan.step) ** 7 == pytest.approx(factor, rel=1e-12, abs=0)
 
 
 TWICE = hc.PulseTable((0.0, 1e-5, 2e-5, 2e-4, 2.1e-4, 2.2e-4), (0.0, 10.0, 0.0, 0.0, 100.0, 0.0))
@@ -234,29 +159,6 @@ def test_scenes_measured_together_vs_runs_of_each(
     assert not runs
 
 
-HALVED = Walker(SRKN_11B, 1e-6, 1, 4.0)
-
-
-def test_a_batch_vs_runs_of_its_scenes_bit_for_bit() -> None:
-    """With the same steps; one diverges, and leaves the others alone."""
-    names = itertools.cycle(PROFILES)
-    ratio, n = (spread(np.random.default_rng(5), *limits, 20) for limits in (RATIOS, DURATIONS))
-    scenes = [paper_scene(*shock, 30) for shock in zip(names, ratio, n, strict=False)]
-    legs = [scene.schedule(0.4 * scene.units.time) for scene in scenes]
-    rows = np.zeros((21, 3, 8))
-    rows[7] = leg_rows(paper_scene("cosine", 1.0, 2.0, 30).schedule(1.0), scenes[0].units)
-    for k, (scene, schedule) in enumerate(zip(scenes, legs, strict=True)):
-        rows[k + (k >= 7)][: len(schedule)] = leg_rows(schedule, scene.units)
-    force, time, _, evaluations = batch._march_all(rows, HALVED, 30, Deadline(600.0), 2)
-    assert np.flatnonzero(np.isnan(evaluations)).tolist() == [7]
-    for k, (scene, schedule) in enumerate(zip(scenes, legs, strict=True)):
-        at = k + (k >= 7)
-        alone = simulate(scene, schedule, HALVED, leave_behind=True)
-        assert np.array_equal(force[at], alone.peaks.force)
-        assert np.array_equal(time[at], alone.peaks.time, equal_nan=True)
-        assert evaluations[at] == alone.evaluations
-
-
 def test_a_batch_does_not_depend_on_order_company_or_cores() -> None:
     rng = np.random.default_rng(8)
     ratio, n = spread(rng, *RATIOS, 30), spread(rng, *DURATIONS, 30)
@@ -298,28 +200,6 @@ def test_random_batches_vs_single_runs(rtol: float, number: int, seed: int) -> N
             ):
                 difference = largest_difference(force, single.peak_force)
                 assert difference <= error + single.error_estimate, scene
-
-
-def test_scenes_whose_motion_diverges_run_again_as_single_runs(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    ratio = [1.0, 20.0]
-    plain = similar_peak_forces("cosine", ratio, 2.0, 10)
-    plan = plans.cheapest
-
-    def too_long(rtol: float, checked: bool = True, hard: bool = False) -> plans.Plan:
-        chosen = plan(rtol, checked, hard)
-        if checked:
-            return chosen
-        # Ten natural units are no step for any method, and no halving makes it shorter.
-        return replace(chosen, step=10.0, walker=replace(chosen.walker, tolerance=0.0))
-
-    monkeypatch.setattr(plans, "cheapest", too_long)
-    batch = similar_peak_forces("cosine", ratio, 2.0, 10)
-    assert np.all(batch.error_estimate <= 1e-6)  # what is wanted where nothing is said
-    pairs = zip(batch.peak_force, plain.peak_force, strict=True)
-    errors = np.array([largest_difference(*pair) for pair in pairs])
-    assert np.all(errors <= batch.error_estimate + plain.error_estimate)
 
 
 def test_a_force_below_all_numbers_in_newtons_has_no_time() -> None:

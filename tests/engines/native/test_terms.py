@@ -10,52 +10,17 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from scipy.integrate import quad
 from scipy.special import jv
 
 import hertzchain as hc
 from hertzchain.engines.native.damped_runs import integrate_damped
 from hertzchain.engines.native.equations import Chain
-from hertzchain.engines.native.plan import METHODS
-from hertzchain.engines.native.simulation import simulate
 from hertzchain.observables.peaks import largest_difference
-from hertzchain.scene.scene import refuse_hopeless_overlap
 from tests.conftest import STEEL
 from tests.oracles import extrapolation
 from tests.oracles.scene_in_si import numbers_of_chain
-
-Floats = NDArray[np.float64]
-
-PTFE = {"radius": 4.75e-3, "young_modulus": 1.46e9, "poisson_ratio": 0.46, "density": 2200.0}
-PULSE = hc.Pulse("cosine", 100.0, 2.0, momentum_ratio=1.0)
-UNIFORM = hc.Chain(12, **STEEL)
-
-
-def row(*granules: dict[str, float]) -> hc.Chain:
-    return hc.Chain(len(granules), **{key: [g[key] for g in granules] for key in STEEL})
-
-
-DIMER = row(*[STEEL, PTFE] * 6)
-
-SCENES = {
-    "large striker": hc.Scene(UNIFORM, hc.Striker(1.0, radius=8e-3)),
-    "striker, rigid wall": hc.Scene(UNIFORM, hc.Striker(1.0), wall=hc.Wall("rigid")),
-    "dimer": hc.Scene(DIMER, PULSE),
-    "dimer, elastic wall": hc.Scene(DIMER, PULSE, wall=hc.Wall("elastic", 70e9, 0.33)),
-    "gaps": hc.Scene(replace(UNIFORM, gap=1e-5), PULSE),
-    "gaps, wall": hc.Scene(replace(UNIFORM, gap=1e-5), PULSE, wall=hc.Wall("same", gap=2e-5)),
-    "precompression": hc.Scene(UNIFORM, PULSE, precompression=hc.Precompression(force=20.0)),
-    "column": hc.Scene(
-        DIMER, hc.Striker(0.5), wall=hc.Wall("same"), precompression=hc.Precompression(gravity=9.81)
-    ),
-    "all at once": hc.Scene(
-        DIMER,
-        hc.Striker(0.5, radius=6e-3),
-        wall=hc.Wall("elastic", 70e9, 0.33),
-        precompression=hc.Precompression(3.0, 9.81),
-    ),
-}
+from tests.scenes import DIMER, PTFE, PULSE, TERMS, UNIFORM, row
 
 
 def test_two_spheres_that_meet() -> None:
@@ -70,14 +35,6 @@ def test_two_spheres_that_meet() -> None:
     assert result.velocity == pytest.approx(
         [2.0 * (m1 - m2) / (m1 + m2), 4.0 * m1 / (m1 + m2)], rel=1e-10, abs=0
     )
-
-
-@pytest.mark.parametrize("name", ["striker, rigid wall", "gaps", "dimer", "column"])
-def test_nothing_is_left_behind_with_terms(name: str) -> None:
-    scene = SCENES[name]
-    legs, walker = scene.schedule(0.2 * scene.contact_time), METHODS["srkn-11b"].walker
-    run = simulate(scene, legs, walker, leave_behind=True)
-    assert np.all(np.isfinite(run.displacement))
 
 
 def test_a_static_load_stays_where_it_is() -> None:
@@ -152,22 +109,16 @@ def test_the_default_end_lets_every_contact_peak(name: str) -> None:
 
 
 def test_a_run_that_ends_too_early_says_so() -> None:
-    scene = replace(SCENES["striker, rigid wall"], run=hc.Run(5e-5))
+    scene = replace(TERMS["striker, rigid wall"], run=hc.Run(5e-5))
     (warning,) = hc.Native().run(scene).warnings
     assert "the run ended before contact" in warning
     assert "had been pressed and had let up: set end_time in" in warning
-    result = hc.Native().run(SCENES["striker, rigid wall"])
+    result = hc.Native().run(TERMS["striker, rigid wall"])
     assert result.warnings == ()
     assert result.peak_passed[-1]
     early = replace(scene, run=hc.Run(0.999 * float(result.peak_time[-1])))
     (warning,) = hc.Native().run(early).warnings
     assert "the wall" in warning
-
-
-def test_a_load_that_presses_too_deep_is_refused_before_a_run() -> None:
-    scene = hc.Scene(UNIFORM, PULSE, precompression=hc.Precompression(1e9))
-    with pytest.raises(hc.HertzchainError, match="radii, above 1"):
-        refuse_hopeless_overlap(scene)
 
 
 @pytest.mark.parametrize("strength", [1e-3, 1e-4])
@@ -250,34 +201,6 @@ def test_slow_granules_that_touch_again_and_again(attraction: bool, rtol: float)
     assert hc.Native(rtol=rtol).run(scene).steps < MANY
 
 
-@pytest.mark.parametrize(("gap", "speed", "damper"), [(1e-6, 7.4e-5, 48.0), (4.4e-7, 4.2e-5, 54.0)])
-def test_contacts_that_open_by_less_than_displacements_resolve(
-    gap: float, speed: float, damper: float
-) -> None:
-    """No mode is right for such a contact; a run that looks for one does not advance."""
-    assert hc.Native(rtol=1e-9).run(slow_dimer(gap, speed, damper, attraction=False)).steps < MANY
-
-
-FLIGHTS = {
-    "a pulse through gaps, which collide in several places": hc.Scene(
-        hc.Chain(12, gap=1e-6, **STEEL),
-        hc.Pulse("cosine", 100.0, 2.0, momentum_ratio=1.0),
-        hc.Run(5e-4),
-    ),
-    "beside a gap, contacts at rest": hc.Scene(
-        hc.Chain(6, gap=(0.0, 0.0, 0.0, 2e-7, 0.0, 0.0), **STEEL), hc.Striker(0.1), hc.Run(4e-4)
-    ),
-    "a wall beyond the last gap": hc.Scene(
-        hc.Chain(4, gap=(0.0, 1e-7, 3e-7, 1e-7), **STEEL), hc.Striker(0.1), hc.Run(4e-4),
-        hc.Wall("rigid", gap=2e-7),
-    ),
-    "falling on a wall": hc.Scene(
-        hc.Chain(3, **STEEL), hc.Pulse("cosine", 1.0, 2.0, momentum_ratio=1.0), hc.Run(2e-3),
-        hc.Wall("same"), hc.Precompression(gravity=9.81),
-    ),
-}  # fmt: skip
-
-
 @pytest.mark.parametrize("exponent", [0.0, 0.25, 0.5])
 def test_a_load_presses_a_contact_again_that_has_not_opened(exponent: float) -> None:
     """Its damper had made the force 0 before; momentum and energy do not tell."""
@@ -327,11 +250,3 @@ def test_what_is_recorded_in_flight(law: hc.Contact | None) -> None:
     assert np.ptp(velocity) < 1e-8 * velocity[0]
     assert np.diff(place) == pytest.approx(velocity[0] * np.diff(time), rel=1e-8)
     assert not history.contact_force.any()
-
-
-def test_equal_steps_where_adaptive_ones_do_not_fit_in_memory(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    scene = touching_but_for(399)
-    monkeypatch.setattr("hertzchain.engines.native.damped_runs._NUMBERS_PER_GRANULE", 1e9)
-    assert hc.Native(rtol=1e-6).run(scene).method == "srkn-11b"

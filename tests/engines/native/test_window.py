@@ -3,20 +3,16 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
-from scipy.integrate import simpson
-from scipy.interpolate import CubicSpline
 
 import hertzchain as hc
 from hertzchain.engines.native import elastic, elastic_chain
 from hertzchain.engines.native.elastic_chain import Seen, at_the_start
 from hertzchain.engines.native.plan import SRKN_11B, Walker, cheapest
 from hertzchain.engines.native.simulation import leg_rows, room_for, simulate, steps_of
-from hertzchain.theory.solitary_wave import solitary_wave
 from tests.conftest import STEEL, paper_scene
 
 
@@ -166,93 +162,6 @@ def test_what_may_be_left_behind(
     u, v, peaks, granules = quiet_chain(quiet, behind)
     peaks[0], v[0] = peak, velocity
     assert left_behind(u, v, peaks, granules - 1) == (quiet - 7 if cuts else 0)
-
-
-@pytest.mark.parametrize("leading", [1.0, 1e-6])
-@pytest.mark.parametrize(
-    ("overlap", "velocity", "cuts"),
-    [(0.9, 0.0, True), (1.1, 0.0, False), (0.0, 0.9, True), (0.0, -1.1, False)],
-)
-def test_which_granules_are_at_rest(
-    leading: float, overlap: float, velocity: float, cuts: bool
-) -> None:
-    """Granules count as quiet up to a thousandth of the leading wave's F^(2/3) and F^(5/6)."""
-    noise = 1e-3
-    u, v, peaks, granules = quiet_chain(12, 0.5, overlap * noise)
-    v[1:14] = velocity * noise
-    u, v, peaks = u * leading ** (2 / 3), v * leading ** (5 / 6), peaks * leading
-    assert (left_behind(u, v, peaks, granules - 1) > 0) == cuts
-
-
-@pytest.fixture(scope="module")
-def wave() -> Any:
-    """Displacement and velocity of 17 granules in the middle of a solitary wave of force 1."""
-    scene = paper_scene("cosine", 0.5, 6.0, 200)
-    scene = replace(scene, run=hc.Run(100 * scene.units.time))
-    run = simulate(scene, scene.schedule(0.1 * scene.units.time), Walker(SRKN_11B))
-    u, v, force = run.displacement, run.velocity, run.peaks.force[60]
-    crest = int(np.argmax(v))
-    span = slice(crest - 8, crest + 9)
-    return (u[span] - u[crest + 10]) / force ** (2 / 3), v[span] / force ** (5 / 6)
-
-
-def two_waves(wave: Any, height: float, distance: int, granules: int) -> Any:
-    """A wave of force 1, and behind it another one: displacement and velocity."""
-    start = np.zeros((2, granules))
-    for force, at in ((1.0, granules - 30), (height, granules - 30 - distance)):
-        start[0, : at + 17] += np.append(np.full(at, wave[0][0]), wave[0]) * force ** (2 / 3)
-        start[1, at : at + 17] += wave[1] * force ** (5 / 6)
-    return start
-
-
-@pytest.mark.parametrize(
-    ("height", "distance", "peak", "fate"),
-    [
-        (0.78, 100, 1.0, "left"),
-        (0.80, 100, 1.0, "kept"),  # it presses up to 0.938 at a loosened end
-        (0.78, 50, 1.0, "left"),
-        (0.80, 100, 0.79, "kept"),  # it still raises a peak ahead of it
-    ],
-)
-def test_what_becomes_of_a_wave_behind_another(
-    wave: Any, height: float, distance: int, peak: float, fate: str
-) -> None:
-    u, v = two_waves(wave, height, distance, 200)
-    peaks = np.ones(199)
-    # Where the later wave was it need not be stronger than anything.
-    peaks[:20] = 0.9
-    peaks[100 + 40] = peak
-    cut, begin = left_behind(np.append(u, 1e30), v, peaks, 199), 170 - distance
-    assert cut < begin if fate == "kept" else cut > begin + 17
-
-
-def test_one_wave_is_told_from_others(wave: Any) -> None:
-    height = elastic._height
-    u, v = wave
-    overlap = np.append(np.maximum(u[:-1] - u[1:], 0), 0)
-    momentum, energy = float(np.sum(v)), float(np.sum(v**2) / 2 + 0.4 * np.sum(overlap**2.5))
-    hardest = float(np.max(overlap) ** 1.5)
-    assert height(momentum, energy, hardest) == pytest.approx(1.0, rel=1e-5, abs=0)
-    # By its shape: momentum is the integral of force over time, energy that of force times
-    # velocity, which is the integral of force over one granule's distance.
-    shape = solitary_wave()
-    x, force = shape.x, shape.overlap**1.5
-    passed = CubicSpline(x, force).antiderivative()
-    ahead, behind = np.minimum(x + 0.5, x[-1]), np.maximum(x - 0.5, x[0])
-    velocity = (passed(ahead) - passed(behind)) / shape.speed
-    contact = float(simpson(force, x=x)) / shape.speed
-    given = float(simpson(velocity**2 / 2 + 0.4 * shape.overlap**2.5, x=x))
-    assert height(contact, given, 1.0) == pytest.approx(1.0, rel=1e-4, abs=0)
-    # Two waves, one that meets another one, a flying granule.
-    assert height(2 * momentum, 2 * energy, hardest) == 0
-    assert height(0.0, 2 * energy, hardest) == 0
-    assert height(1.0, 0.5, 0.0) == 0
-    for pressed, expected in ((0.69, 0.0), (0.71, 1.0), (1.0005, 1.0), (1.002, 0.0)):
-        ratio = height(momentum, energy, pressed)
-        assert ratio == pytest.approx(expected, rel=1e-5, abs=0)
-    for off, expected in ((9e-4, 1.0), (1.1e-3, 0.0)):
-        ratio = height(momentum, energy * (1 + off), hardest)
-        assert ratio == pytest.approx(expected, rel=1e-3, abs=0)
 
 
 @pytest.mark.parametrize(

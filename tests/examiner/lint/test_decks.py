@@ -248,14 +248,6 @@ def test_a_chain_in_another_style_is_a_chain(name: str) -> None:
     assert {finding.rule for finding in pushed} == {"force-on-all"}
 
 
-def test_where_lammps_stops_it_says_why() -> None:
-    text = ROWS.replace("19.5 0 3", "19.5 0 0").replace("fix 1 all nve/sphere\n", "")
-    findings = {f.rule: f for f in lint(text.replace("1 region rows", "1 region none"))}
-    assert set(findings) == {"text-alone", "motion"}
-    assert (findings["text-alone"].severity, findings["text-alone"].line) == ("error", 10)
-    assert findings["text-alone"].text.startswith("LAMMPS stopped: ERROR")
-
-
 def test_without_lammps_the_text_is_read(
     tmp_path: Path, hertzchain: Command, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -323,9 +315,3 @@ def test_a_chain_far_from_its_images_may_be_periodic() -> None:
     # Of flat decks LAMMPS wants it in z.
     assert in_a_box(3, 3, flat=True) == []
     assert [finding.text[:13] for finding in in_a_box(3, 2, flat=True)] == ["y is periodic"]
-
-
-def test_a_wall_whose_stiffness_is_given_may_be_rigid() -> None:
-    law = "hertz 2.8e11 0.0 tangential linear_nohistory 0.0 0.0"
-    wall = f"fix motion all nve\nfix wall all wall/gran granular {law} xplane NULL $(2*v_R*v_N-v_R)"
-    assert lint(CLEAN.replace("fix motion all nve", wall)) == []

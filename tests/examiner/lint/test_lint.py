@@ -185,10 +185,34 @@ def test_velocities_are_in_spacings_of_the_lattice_unless_said(said: str, count:
     assert "lattice-units" not in {finding.rule for finding in lint(fine)}
 
 
-def test_a_force_may_name_a_variable_that_is_made_before_the_run() -> None:
-    """LAMMPS asks for it when the run begins."""
-    definition, used = CLEAN[CLEAN.index("variable push") : CLEAN.index("run 1000")].splitlines()
-    assert lint(CLEAN.replace(f"{definition}\n{used}", f"{used}\n{definition}")) == []
+MODEL = "hertz/material 193e9 0.0 0.3 &\n    tangential linear_nohistory 0.0 0.0"
+TIME = (np.pi / 6 * 0.0095**3 * 7958) ** 0.5 / (
+    (4 / 3 * 193e9 / (2 * (1 - 0.3**2)) * (0.0095 / 4) ** 0.5) ** (1 / 3) * 100 ** (1 / 6)
+)
+"""Natural time of its contacts, under 100 N [s]."""
+
+
+def stepped(step: float) -> tuple[str, str]:
+    """A step as a change of the clean deck."""
+    little = "fix little first addforce 1e-3 0.0 0.0\n"
+    return "unfix shock\nrun 3000", f"{little}timestep {step * TIME!r}\nrun 100"
+
+
+@pytest.mark.lammps
+@pytest.mark.parametrize(
+    ("change", "rule", "is_found"),
+    [
+        (stepped(0.198), "step-length", False), (stepped(0.202), "step-length", True),
+        # E, damping and Poisson's ratio in another order: below a hundredth it is a damping.
+        (("193e9 0.0 0.3", "193e9 0.3 0.003"), "poisson-ratio", True),
+        (("193e9 0.0 0.3", "193e9 0.3 0.03"), "poisson-ratio", False),
+        ((MODEL, "mdr 5e6 0.4 1.9e5 2.0 0.5 0.5"), "not-hertz", True),
+        ((MODEL, "mdr 5e6 0.4 1.9e5 2.0 0.5 0.5"), "damping", False),
+    ],
+)  # fmt: skip
+def test_both_sides_of_a_rule(change: tuple[str, str], rule: str, is_found: bool) -> None:
+    assert change[0] in CLEAN
+    assert (rule in {finding.rule for finding in lint(CLEAN.replace(*change))}) == is_found
 
 
 def test_a_chain_made_in_a_loop_is_a_chain() -> None:
@@ -205,41 +229,10 @@ jump SELF more
     assert {f.rule for f in lint(text.replace("boundary f f f", ""))} == {"periodic"}
 
 
-@pytest.mark.lammps
-def test_static_loads_are_no_staircase_and_push_one_granule_each() -> None:
-    held = "".join(f"fix p{k} first addforce {k} 0.0 0.0\n" for k in (1, 2, 3))
-    text = CLEAN.replace("timestep 5e-8", f"group last id 30\n{held}timestep 5e-8")
-    assert lint(text) == []
-    weight = "variable w atom -9.81*mass\nfix g all addforce v_w 0.0 0.0\n"
-    assert "force-on-all" not in {
-        finding.rule for finding in lint(CLEAN.replace("timestep 5e-8", f"{weight}timestep 5e-8"))
-    }  # fmt: skip
-
-
 def test_nothing_is_said_of_a_clean_deck_and_later_commands_count() -> None:
     assert lint(CLEAN) == []
     assert lint(CLEAN.replace("run 1000", DIAMETER + DENSITY + "run 1000")) == []
     assert lint(CLEAN.replace(DIAMETER + DENSITY, DENSITY + DIAMETER + DENSITY)) == []
-
-
-def test_words_are_split_as_lammps_splits_them() -> None:
-    text = """\
-variable a index 3   # a comment
-print "a # that is none" # but this is
-if "${a} > 2" then "set group all diameter 1.0" &
-    "run $( v_a + 1 )" else 'run 7'
-print \"\"\"two
-lines\"\"\"
-run $(2*v_a:%.17g) every ${a} "set group all density 1"
-"""
-    commands = script_of(Path("in.chain"), text)
-    assert [(c.line, "|".join(c.words)) for c in commands] == [
-        (1, "variable|a|index|3"),
-        (2, "print|a # that is none"),
-        (3, "if|${a} > 2|then|set group all diameter 1.0|run $(v_a+1)|else|run 7"),
-        (5, "print|two lines"),
-        (7, "run|$(2*v_a:%.17g)|every|${a}|set group all density 1"),
-    ]
 
 
 MORE_WORDS = 'set fix run if variable jump label next ${R} $(v_R) $( & # " \' """ v_push * 0 -1 nan'
@@ -291,6 +284,9 @@ def test_files_that_cannot_be_read_are_one_sentence(tmp_path: Path) -> None:
         lint_file(tmp_path / "none")
     with pytest.raises(HertzchainError, match="cannot be read"):
         lint_file(tmp_path)
+    latin = tmp_path / "in.latin"  # comments may be in another encoding
+    latin.write_bytes("# Stoß\n".encode("latin-1") + CLEAN.encode())
+    assert lint_file(latin) == []
     large = tmp_path / "in.large"
     large.write_bytes(b"run 1\n" * 1_000_000)
     with pytest.raises(HertzchainError, match="larger than 5 MB"):

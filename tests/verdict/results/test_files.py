@@ -201,15 +201,3 @@ def test_the_sampling_error_adds_to_the_tolerance(run: Samples, tmp_path: Path) 
     for factor, verdict in ((1 + 0.98e-3, "pass"), (1 + 1.1e-3 + 2 * error, "fail")):
         changed = hc.judge(SCENE, given_by(run, 3, tmp_path, factor))
         assert changed.verdict == verdict
-
-
-def test_the_console_says_what_sampling_costs(
-    run: Samples, tmp_path: Path, hertzchain: Command
-) -> None:
-    SCENE.to_toml(tmp_path / "scene.toml")
-    file = given_by(run, 3, tmp_path)
-    shown = hertzchain("judge", tmp_path / "scene.toml", file)
-    words = " ".join(shown.out.split())
-    error = hc.judge(SCENE, file).sampling_error
-    assert f"error of sampling, at most {error:.1e}, which adds to the tolerance" in words
-    assert "sampled too rarely" not in words

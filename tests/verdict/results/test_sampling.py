@@ -49,42 +49,6 @@ def test_the_maximum_may_be_that_of_another_hump(rate: float, higher: float) -> 
     assert rate > 0.7 or np.all(peaks.error < 2e-3)
 
 
-@pytest.mark.parametrize(
-    ("apart", "rate", "is_coarse"), [(0.2, 0.7, False), (0.8, 4.0, False), (0.8, 2.0, True)]
-)
-def test_what_is_said_follows_from_curves_of_three_degrees(
-    apart: float, rate: float, is_coarse: bool
-) -> None:
-    """Four times what the sixth degree changes; ten times what the fourth does, where it is 2 %."""
-    time = apart * np.arange(-20.0, 21.0) + 0.45 * apart
-    shape = 1 / np.cosh(rate * time) ** 2
-    overlap, k = np.cbrt(shape) ** 2, int(np.argmax(shape))
-    highest = []
-    for beside in (3, 2, 1):
-        some = slice(k - beside, k + beside + 1)
-        curve = np.poly1d(np.polyfit(time[some] - time[k], overlap[some], 2 * beside))
-        near = [x.real for x in curve.deriv().roots if abs(x) < apart and abs(x.imag) < 1e-9]
-        highest.append(max(curve(x) for x in near))
-    sixth, fourth, second = highest
-    assert (abs(fourth - second) > 0.02 * fourth) == is_coarse
-    error = max(4 * abs(sixth - fourth), 10 * abs(fourth - second) * is_coarse)
-    scene = hc.Scene(hc.Chain(3, **STEEL), hc.Pulse("cosine", 100.0, 2.0, rise_time=5e-5))
-    peaks = peaks_of(scene, of_contacts(time - time[0], [shape, shape]), "file")
-    assert peaks.peak_force == pytest.approx(sixth**1.5, rel=1e-9)
-    assert peaks.error == pytest.approx(1.5 * error / sixth, rel=1e-6)
-
-
-def test_a_hump_that_is_cut_off_may_be_higher_by_a_whole_step() -> None:
-    """A parabola has no error but that; overlaps go as forces to the power 2/3."""
-    time = np.arange(12.0)
-    rises = 4.0 + 0.3 * time - 0.01 * time**2
-    scene = hc.Scene(hc.Chain(3, **STEEL), hc.Pulse("cosine", 100.0, 2.0, rise_time=5e-5))
-    peaks = peaks_of(scene, of_contacts(time, [rises**1.5, rises[::-1] ** 1.5]), "file")
-    step = 1.5 * (rises[-1] - rises[-2]) / rises[-1]
-    assert peaks.peak_force == pytest.approx(rises[-1] ** 1.5)
-    assert peaks.error == pytest.approx(step, rel=1e-6)
-
-
 @pytest.mark.parametrize("digits", [4, 6, 9, 12])
 def test_digits_of_numbers_are_counted(digits: int, run: Samples, truth: FloatArray) -> None:
     words = [f"{value:.{digits}g}" for value in run.net_force.ravel()]

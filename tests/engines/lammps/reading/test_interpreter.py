@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from hertzchain.engines.lammps.engine import engine
-from hertzchain.engines.lammps.reading.reading import Interpreter
-from hertzchain.engines.lammps.reading.session import Module, Session
+from hertzchain.engines.lammps.reading.interpreter import Interpreter
+from hertzchain.engines.lammps.reading.session import Module
 from hertzchain.engines.lammps.reading.watching import Playing
 from hertzchain.errors import RunFailed
 
@@ -156,54 +156,3 @@ def test_variables_of_the_command_line_go_before_those_of_the_deck(tmp_path: Pat
     with engine() as lammps:
         Interpreter("in.mine", deck, {"a": "40"}, player(lammps, tmp_path)).play()
         assert lammps.extract_variable("c") == 42
-
-
-class Listener(Session):
-    """Takes note of the commands that a session would give to LAMMPS."""
-
-    hook_style = "none"
-
-    def __init__(self) -> None:
-        super().__init__(Path(), "20250722")
-        self.said: list[str] = []
-
-    def give(self, text: str) -> None:
-        """Take note of a command."""
-        self.said.append(text)
-
-    def put(self, _: object) -> None:
-        """Move nothing."""
-
-    def run(self, *_: object) -> None:
-        """Take no steps."""
-
-
-def test_a_hook_stands_after_each_fix_that_exerts_forces() -> None:
-    session = Listener()
-    session.ready()
-    session.ready()
-    assert [*session.hooks.values()] == [None]
-    session.forget()
-    for index, (text, sources) in enumerate((
-        ("fix 1 all nve", [None]),
-        ("fix 2 all addforce 1 0 0", [None, 1]),
-        ("fix 3 all gravity 1", [None, 1, 2]),
-        ("fix 2 all setforce 1 0 0", [None, 3, 2]),
-        ("unfix 2", [None, 2]),
-        ("unfix 9", [None, 2]),
-        ("fix 1 all addforce 1 0 0", [None, 2, 6]),
-        ("mass 1 1", [None, 2, 6]),
-    )):  # fmt: skip
-        session.carry_out(text.split(), index)
-        assert [*session.hooks.values()] == sources, text
-    assert {name: fix.command for name, fix in session.alive.items()} == {"1": 6, "3": 2}
-    assert list(session.fixes) == [0, 1, 2, 3, 6]
-    assert session.fixes[3].values == ("1", "0", "0")
-    hooks = [text for text in session.said if "hertzchain" in text]
-    assert [text.split()[:2] for text in hooks] == [
-        *(["fix", f"hertzchain{k}"] for k in (0, 1, 2, 3)),
-        *(["unfix", "hertzchain2"], ["fix", "hertzchain4"]),
-    ]
-    session.forget()
-    assert session.said[-1] == "clear"
-    assert (session.fixes, session.alive, session.hooks) == ({}, {}, {})

@@ -5,15 +5,12 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from pathlib import Path
-from types import SimpleNamespace
-from typing import Any, cast
 
 import numpy as np
 import pytest
 
 import hertzchain as hc
-from hertzchain.engines.lammps.reading import reading
-from hertzchain.engines.lammps.reading.deck import FoundDeck
+from hertzchain.engines.lammps.reading.contents import FoundDeck
 from tests.engines.lammps.reading.chains import BESIDE_PYTHON, SCENE, STEP, Deck, read_deck
 from tests.engines.lammps.test_bounds import whole_deck
 
@@ -239,9 +236,7 @@ WALL = f"{NO_PUSH}fix wall all wall/gran {LAW} xplane -0.0041 NULL\n"
         (f"{FLOOR}{WALL}velocity hit set 0.1 0 0", False),
         pytest.param(NO_PUSH, False, marks=slow),
         pytest.param(f"{NO_PUSH}group last id 6\nvelocity last set -1 0 0", True, marks=slow),
-        pytest.param(
-            f"{NO_PUSH}group last id 6\nfix push last addforce -1 0 0 every 2", True, marks=slow
-        ),
+        (f"{NO_PUSH}group last id 6\nfix push last addforce -1 0 0 every 2", True),
         pytest.param(WALL, True, marks=slow),
     ],
 )
@@ -261,10 +256,13 @@ def test_the_shock_may_be_at_either_end(more: str, is_reversed: bool, tmp_path: 
         assert wall.position == pytest.approx(place, rel=1e-9)
 
 
-def test_a_single_granule_has_no_peaks(tmp_path: Path) -> None:
-    """A region of a forgotten ``units box`` makes one."""
-    deck = read_deck(Deck(granules=1, steps=20).write(tmp_path), SCENE)
-    assert (deck.mass.size, deck.peak_force.size, deck.stopped) == (1, 0, "")
+def test_a_deck_without_a_shock_lies_as_the_granules_of_its_scene_do(tmp_path: Path) -> None:
+    """Its light granule is the last, that of the scene the first; what follows a clear is left."""
+    deck = Deck(more=f"{NO_PUSH}set atom 6 density 1000", run="run 20\nclear\nunits si")
+    light = replace(SCENE.chain, density=[1000.0] + [SCENE.chain.density] * 5)
+    read = read_deck(deck.write(tmp_path), replace(SCENE, chain=light))
+    assert read.reversed
+    assert read.remarks == ("what follows the clear after the first chain is another chain's",)
 
 
 def test_random_forces_are_no_shock_of_a_striker(tmp_path: Path) -> None:
@@ -274,18 +272,3 @@ def test_random_forces_are_no_shock_of_a_striker(tmp_path: Path) -> None:
     heat = "fix heat all langevin 300 300 1e-3 9\n"
     text = f"{wall}velocity hit set 0.3 0 0\n{heat}"
     assert not read_deck(Deck(more=text, steps=20).write(tmp_path), struck).reversed
-
-
-def test_a_shock_in_the_far_half_may_have_the_wrong_sign(tmp_path: Path) -> None:
-    local = replace(SCENE, shock=hc.Pulse("cosine", 20.0, 2.0, rise_time=2e-5, granule=5))
-    text = f"{NO_PUSH}group late id 5\nfix push late addforce -1 0 0 every 2"
-    assert not read_deck(Deck(more=text, steps=20).write(tmp_path), local).reversed
-
-
-@pytest.mark.parametrize(("periodic", "gap"), [(True, 3.0 - 0.6 - 0.3), (False, None)])
-def test_the_gap_between_the_ends_through_a_boundary(periodic: bool, gap: float | None) -> None:
-    place, box = np.array([[0.3, 5.0], [0.6, 5.0], [0.9, 5.0]]), np.array([[-1.0, 0.0], [2.0, 7.0]])
-    granules = SimpleNamespace(periodic=[periodic, True], low=box[0], high=box[1], position=place,
-                               radius=np.array([0.1, 0.3, 0.2]))  # fmt: skip
-    probes = cast(Any, SimpleNamespace(granules=granules))
-    assert reading._image_gap(probes) == (gap and pytest.approx(gap))

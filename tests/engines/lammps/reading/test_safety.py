@@ -6,14 +6,13 @@ import os
 import re
 from dataclasses import fields, replace
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 import hertzchain as hc
 from hertzchain.engines.lammps.binary import look
-from hertzchain.engines.lammps.reading.deck import FoundDeck
+from hertzchain.engines.lammps.reading.contents import FoundDeck, units_of
 from hertzchain.engines.lammps.reading.text import Rules, command_of, quoted, words_of
 from hertzchain.errors import BackendMissing, RunFailed, TooExpensive
 from hertzchain.limits import Deadline
@@ -70,15 +69,10 @@ def test_what_goes_wrong_is_one_sentence(what: str, tmp_path: Path) -> None:
     assert [path.name for path in tmp_path.iterdir()] == ["in.mine"]
 
 
-def test_a_disk_that_gets_full_is_the_reason(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """LAMMPS names files of ours, or says something else, where it cannot write."""
-    free = iter((1e9, 0.0))
-    monkeypatch.setattr("shutil.disk_usage", lambda _: SimpleNamespace(free=next(free)))
-    deck = Deck(more="units real").write(tmp_path)
-    with pytest.raises(RunFailed, match=r"needs room .*No space left.*TMPDIR"):
-        read_deck(deck, SCENE)
+@pytest.mark.parametrize("units", ["real", "metal", "electron"])
+def test_units_of_atoms_are_refused(units: str) -> None:
+    with pytest.raises(RunFailed, match=f"units {units} are those of atoms"):
+        units_of(units)
 
 
 GIVEN = """
@@ -149,19 +143,6 @@ def test_what_lammps_is_given(line: str, tmp_path: Path) -> None:
     new_words, why = rules.decide(words)
     assert command_of(new_words or []) == given.strip()
     assert new_words is None or (why is None) == (new_words == words or "there" in command)
-
-
-def test_a_fix_that_was_left_out_is_not_changed() -> None:
-    rules = Rules(())
-    for command, is_given in (
-        ("fix p all print 1 x", False),
-        ("fix_modify p energy yes", False),
-        ("unfix p", False),
-        ("fix p all nve", True),
-        ("unfix p", True),
-    ):
-        new_words, why = rules.decide(command.split())
-        assert (new_words == command.split(), why is None) == (is_given, is_given)
 
 
 EXACT = ("ids", "types", "position", "sideways", "radius", "mass", "velocity", "spin", "integrated")
