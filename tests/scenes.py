@@ -10,7 +10,7 @@ import numpy as np
 
 import hertzchain as hc
 from tests.conftest import STEEL, paper_scene
-from validation.random_drives import random_scene_with_piston
+from validation.random_scenes import random_scene_with_piston
 
 FOLDER = Path(__file__).parent.parent / "validation" / "scenes"
 

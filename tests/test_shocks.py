@@ -14,8 +14,6 @@ import hertzchain as hc
 from hertzchain import theory
 from hertzchain.engines import liggghts, yade
 from hertzchain.engines.external.rescaling import Softening
-from hertzchain.engines.liggghts import deck as liggghts
-from hertzchain.engines.yade import deck as yade
 from hertzchain.errors import HertzchainError
 from hertzchain.examiner.measured import applied_force
 from hertzchain.known.answer import lammps_deck, program_deck

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import hertzchain as hc
-from hertzchain.engines.lammps.reading.contents import FoundDeck, FoundRun
+from hertzchain.engines.lammps.reading.deck import FoundDeck, FoundRun
 from hertzchain.examiner import measured, probes
 from hertzchain.examiner.examined import Case
 from hertzchain.examiner.examining import case_of

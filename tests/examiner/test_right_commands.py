@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from hertzchain.engines.lammps.reading.contents import UNITS
+from hertzchain.engines.lammps.reading.deck import UNITS
 from hertzchain.examiner import correct
 from hertzchain.examiner.examined import Case
 from hertzchain.examiner.examining import case_of

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import hertzchain as hc
-from hertzchain.engines.lammps.reading.contents import FoundDeck
+from hertzchain.engines.lammps.reading.deck import FoundDeck
 from tests.examiner.corpus import scene_of
 from tests.examiner.made import (
     STEP,

@@ -12,8 +12,7 @@ from numpy.polynomial import Polynomial
 from scipy.integrate import quad
 
 from hertzchain.arrays import FloatArray
-from hertzchain.observables.interpolant import curvature_at, slope_at, value_at
-from hertzchain.observables.observer import curve_of
+from hertzchain.observables.observer import curvature_at, curve_of, slope_at, value_at
 from hertzchain.observables.samples import DampedLaw, Samples, true_forces
 from hertzchain.observables.watch import PeakWatch
 from hertzchain.scene.schedule import Leg

@@ -13,7 +13,7 @@ import pytest
 from matplotlib.figure import Figure
 
 import hertzchain as hc
-from hertzchain.report.documents import of_comparison, of_result
+from hertzchain.report.documents import of_result
 from hertzchain.report.figures import figure_of
 from hertzchain.report.files import (
     drawn_contacts,
@@ -21,7 +21,6 @@ from hertzchain.report.files import (
     plot_times,
     write_frame,
 )
-from hertzchain.report.run import of_result
 from hertzchain.report.style import force_limits
 from tests.conftest import paper_scene
 from tests.places import ROOT

@@ -14,8 +14,8 @@ import pytest
 from markupsafe import escape
 
 import hertzchain as hc
-from hertzchain.report.cards import document_of, printed
 from hertzchain.report.document import Document, to_xml
+from hertzchain.report.documents import document_of, printed
 from hertzchain.report.page import page_of
 from hertzchain.verdict.check import NOT_RUN, Check, Kind, unmeasured
 from tests.conftest import paper_scene

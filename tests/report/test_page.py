@@ -16,11 +16,10 @@ from matplotlib.axes import Axes
 
 import hertzchain as hc
 import validation.run_all
-from hertzchain.report.documents import of_comparison, of_judgement
+from hertzchain.report.documents import of_comparison
 from hertzchain.report.figures import figure_of
 from hertzchain.report.files import drawn_contacts, plot_times
 from hertzchain.report.page import page_of
-from hertzchain.report.verdicts import of_comparison
 from hertzchain.verdict.check import NOT_RUN, unmeasured
 from tests.conftest import paper_scene
 from tests.report.conftest import lines_of, with_lammps

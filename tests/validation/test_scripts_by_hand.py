@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import contextlib
 from pathlib import Path
 from typing import Any
 
@@ -10,12 +10,14 @@ import pandas as pd
 import pytest
 
 import hertzchain as hc
-from hertzchain.engines.lammps.isolation import Child
+from hertzchain.engines.lammps.engine import Child
+from hertzchain.errors import RunFailed
 from tests.command_line import python
 from tests.conftest import paper_scene
 from tests.places import ROOT
-from validation import error_bounds, extremes, judging, long_run
-from validation.bench_before import Compared, by_turns, judge, slower
+from validation import bench_before, error_bounds, extremes, long_run
+from validation.bench_before import Compared, compared, slower, times_of
+from validation.benchmarks import TERMS, Measured, keep
 
 
 def test_the_ratio_is_the_median_of_turns() -> None:
@@ -35,6 +37,69 @@ def test_what_does_not_run_in_this_tree_is_an_error_and_elsewhere_left_out() -> 
     assert compared([({}, {"batch": 1.0})]) == ({}, {"batch": "missing"})
     with pytest.raises(RunFailed, match="batch does not run: AttributeError"):
         compared([({"batch": 1.0}, {"batch": why})])
+
+
+@pytest.mark.parametrize("ratio", [1.15, 1.3])
+def test_the_last_line_is_the_verdict(
+    ratio: float, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(bench_before, "find_commit", lambda _: None)
+    monkeypatch.setattr(bench_before, "is_same", lambda _: False)
+    monkeypatch.setattr(bench_before, "checked_out", contextlib.nullcontext)
+    old, new = (
+        {"demo": 1.0, "batch": "AttributeError: no such function"},
+        {"demo": ratio, "batch": 1.0},
+    )
+    monkeypatch.setattr(bench_before, "measure", lambda _: [(old, new)])
+    is_slower = ratio > 1.2
+    assert bench_before.run(["--revision", "v0.1.0", "--limit", "1.2"]) == is_slower
+    out, err = capsys.readouterr()
+    assert "new / old: the median of the ratios of paired turns" in out
+    begin = "measuring, about two minutes\n"
+    slow = "slower than v0.1.0: demo: 1.30 times\n"
+    assert err == begin + slow * is_slower
+    verdict = "no workload is more than 1.2 times slower than v0.1.0"
+    assert (out.splitlines()[-1] == verdict) != is_slower
+
+
+def test_what_cannot_be_compared_is_one_sentence(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.delenv("CI", raising=False)
+    monkeypatch.setattr(bench_before, "ROOT", ROOT / "hertzchain")
+    assert bench_before.run([]) == 2
+    assert "git" in capsys.readouterr().err
+    monkeypatch.setenv("PATH", str(tmp_path))
+    assert bench_before.run([]) == 2
+    err = capsys.readouterr().err
+    assert err.endswith("install git to compare commits\n")
+    assert err.count("\n") == 1
+
+
+def test_a_tree_that_cannot_be_measured_is_reported(tmp_path: Path) -> None:
+    package = tmp_path / "hertzchain"
+    package.mkdir()
+    (package / "__init__.py").write_text("raise SystemExit(3)", encoding="utf-8")
+    with pytest.raises(RunFailed, match="ended with status 3"):
+        times_of(tmp_path)
+
+
+@pytest.mark.parametrize("codes", [("native", "LAMMPS"), ("native", "LAMMPS", "LIGGGHTS")])
+def test_figures_are_kept_with_the_machine(tmp_path: Path, codes: tuple[str, ...]) -> None:
+    measured = [Measured("A", "native, with error", 0.3, "ms"), Measured("B", "a ratio", 197.26)]
+    for name in TERMS:
+        measured += [Measured("K", f"{name}: {code} to 1e-4", 2.0, "ms") for code in codes]
+    keep(tmp_path, measured)
+    assert (
+        "cores; hertzchain" in (tmp_path / "bench.csv").read_text(encoding="utf-8").split("\n")[0]
+    )
+    table = pd.read_csv(tmp_path / "bench.csv", comment="#", keep_default_na=False)
+    assert table.iloc[1].to_list() == ["B", "a ratio", 197.3, ""]
+    assert len(table) == len(measured)
+    drawn = (tmp_path / "bench.svg").read_text(encoding="utf-8")
+    assert "Scenes with terms" in drawn
+    assert all(f"{code} to 1e-" in drawn for code in codes)
+    assert ("LIGGGHTS" in drawn) == ("LIGGGHTS" in codes)
 
 
 @pytest.fixture(scope="module")

@@ -18,8 +18,8 @@ from hertzchain.engines.lammps.engine import Child
 from hertzchain.errors import RunFailed
 from hertzchain.verdict.tradeoff import WAYS
 from tests import scenes
-from validation import rows, run_all, tradeoff
-from validation.script import Script, rows_of, rows_only
+from validation import run_all, tradeoff
+from validation.script import Script, row, rows_of, rows_only
 from validation.shipped import paper_table, scene_name
 
 SCRIPTS = {module.__name__.rpartition(".")[2]: module for module in run_all.MODULES}

@@ -14,8 +14,8 @@ from hertzchain.errors import RunFailed
 from hertzchain.verdict.check import Check
 from hertzchain.verdict.generated_deck import number_checks
 from tests.conftest import paper_scene
-from validation.mistakes import APPLIED, MISTAKES, compared, small_scene
-from validation.mistakes_with_terms import (
+from validation.mistakes import (
+    APPLIED,
     CONSTANT,
     MISTAKES,
     MISTAKES_WITH_TERMS,
@@ -30,7 +30,6 @@ from validation.mistakes_with_terms import (
     in_set_up,
     small_scene,
 )
-from validation.planting import POSITION, STIFFNESS, Mistake, Plant, in_set_up
 
 EXAMINATION = {
     "lammps: number of granules",

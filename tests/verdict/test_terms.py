@@ -12,7 +12,7 @@ from hertzchain.verdict.generated_deck import examined, number_checks
 from hertzchain.verdict.run_checks import balance_checks, same_steps_checks
 from tests.conftest import STEEL
 from tests.scenes import LAWS, PTFE, PULSE, TERMS, row
-from validation.planting import DAMPING, Plant, in_set_up
+from validation.mistakes import DAMPING, Plant, in_set_up
 
 pytestmark = pytest.mark.lammps
 

@@ -11,9 +11,8 @@ import numpy as np
 import pytest
 
 from hertzchain.engines.external import program as programs
-from hertzchain.engines.external.observation import read_blocks, read_frames
+from hertzchain.engines.external.observation import read_frames
 from hertzchain.engines.external.program import find_program, run_program
-from hertzchain.engines.external.readings import read_frames
 from hertzchain.errors import BackendMissing, RunFailed, TooExpensive
 from hertzchain.limits import Deadline
 

@@ -30,7 +30,7 @@ from tests.scenes import (
     VISCOELASTIC,
     load,
 )
-from validation.random_drives import random_scene_with_piston, random_scene_with_sine
+from validation.random_scenes import random_scene_with_piston, random_scene_with_sine
 
 
 @pytest.mark.lammps

@@ -29,8 +29,11 @@ from hertzchain.verdict.run_checks import balance_checks
 from tests.conftest import STEEL
 from tests.oracles import extrapolation
 from tests.scenes import LAWS, PULSE, scene_with
-from validation.random_drives import random_hard_scene, random_scene_with_piston
-from validation.random_scenes import random_damped_scene
+from validation.random_scenes import (
+    random_damped_scene,
+    random_hard_scene,
+    random_scene_with_piston,
+)
 
 TWO = hc.Chain(2, **STEEL)
 

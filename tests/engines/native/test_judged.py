@@ -24,7 +24,6 @@ from tests.oracles.bounds import (
 )
 from tests.places import ROOT
 from tests.scenes import EVERY, TABLE
-from validation.random_drives import random_scene_with_piston, random_scene_with_sine
 from validation.random_scenes import (
     damped,
     pushed_within,

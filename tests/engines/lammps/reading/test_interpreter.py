@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from hertzchain.engines.lammps.engine import engine
-from hertzchain.engines.lammps.reading.interpreter import Interpreter
+from hertzchain.engines.lammps.reading.reading import Interpreter
 from hertzchain.engines.lammps.reading.session import Module
 from hertzchain.engines.lammps.reading.watching import Playing
 from hertzchain.errors import RunFailed
