@@ -23,7 +23,7 @@ from hertzchain.engines.native import (
     simulation,
 )
 from hertzchain.engines.native.as_written import RungeKutta
-from hertzchain.engines.native.elastic_chain import Seen
+from hertzchain.engines.native.elastic_chain import Motion, Seen, Span
 from hertzchain.engines.native.equations import Chain
 from hertzchain.engines.native.plan import (
     METHODS,
@@ -308,12 +308,11 @@ def test_a_maximum_in_a_step_whose_rate_is_no_parabola(
         contact = overlap**1.5
         accelerations = np.array([force - contact, contact, 0.0])
         ends.append((np.array([overlap, 0, 1e30]), np.array([rate, 0, 0]), accelerations))
-    (u0, v0, a), (u, v, g) = ends
     leg = np.array([0.0, 1.0, 1.0, 1.0, 0.0, 1.0, *pushed])
     peak, at = np.zeros(1), np.full(1, np.nan)
     elastic.keep_peaks(
-        Seen(peak, at, room_for()), u0, v0, a, u, v, g, 0, 2, leg, 0.0, 1.0, 1.0, 0.0,
-        True, 0.0, None,
+        Seen(peak, at, room_for()), *(Motion(*end) for end in ends),
+        Span(leg, 0.0, 1.0, 1.0, 0.0), 0, 2, True, None,
     )  # fmt: skip
     slope = pushed[1] - pushed[0]
     derivatives = [
