@@ -52,6 +52,7 @@ from hertzchain.engines.native.elastic_chain import (
     is_stopped,
     keep_history,
     momentum_of,
+    motion_of_contact,
     overlap_of,
     pushed_legs,
     start_leg,
@@ -183,7 +184,9 @@ def _range(before: Any, after: Any, i: int, h: float, slack: float, chain: Any) 
 @part
 def _ends(before: Any, after: Any, span: Any, i: int, lo: int, chain: Any) -> Any:
     """Motion of a contact at the start and the end of a step, and its force there."""
-    start, end = ends_of_contact(before, after, span, i, lo, chain)
+    leg, begin, off = span.leg, span.begin, span.off
+    start = motion_of_contact(before.u, before.v, i, lo, leg, begin, off, chain)
+    end = motion_of_contact(after.u, after.v, i, lo, leg, begin + span.h, off, chain)
     f0 = with_stiffness(hertz_force(start[0]), i, chain)
     return start, end, f0, with_stiffness(hertz_force(end[0]), i, chain)
 
