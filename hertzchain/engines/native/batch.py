@@ -535,13 +535,14 @@ def _march_all(
     force, time = np.zeros((scenes, granules - 1)), np.full((scenes, granules - 1), np.nan)
     outputs = force, time, np.zeros(scenes), np.zeros(scenes)
     steps = steps_of(rows[0], walker)
-    at_rest, nothing = np.zeros((0, 0)), room_for()
+    at_rest, nothing = elastic_chain.Start(np.zeros((0, 0)), MOVING), room_for()
 
     def part(some: slice, control: FloatArray) -> None:
         state, blank = (elastic_chain.at_the_start(granules) for _ in range(2))
         elastic.march_each(
-            rows[some], steps, state, blank, granules, at_rest, MOVING, force[some], time[some],
-            nothing, outputs[2][some], outputs[3][some], control,
+            rows[some], steps, at_rest, state, blank,
+            elastic.Each(force[some], time[some], nothing, outputs[2][some], outputs[3][some]),
+            control,
         )  # fmt: skip
 
     _in_parts(part, scenes, deadline, cores)

@@ -140,18 +140,16 @@ def first_change(curve: Any, h: float, i: int, pressing: bool, c: Any) -> float:
         if at_right > 0.0:
             if at_left > 0.0:
                 return left
-            return _root(curve, h, i, pressing, sign, left, right, at_left, at_right, c)
+            return _root(curve, h, i, pressing, (left, right, at_left, at_right), c)
         left, at_left = right, at_right
     return 2.0
 
 
 @compiled
-def _root(
-    curve: Any, h: float, i: int, pressing: bool, sign: float, left: float, right: float,
-    at_left: float, at_right: float, c: Any,
-) -> float:  # fmt: skip
-    """The root between left and right, by the method of Illinois."""
-    side = 0
+def _root(curve: Any, h: float, i: int, pressing: bool, bracket: Any, c: Any) -> float:
+    """The root within a bracket, two places and the values there, by the method of Illinois."""
+    left, right, at_left, at_right = bracket
+    sign, side = -1.0 if pressing else 1.0, 0
     for _ in range(60):
         s = (left * at_right - right * at_left) / (at_right - at_left)
         if s <= left:
@@ -192,10 +190,13 @@ def end_of_septic(at: Any, i: int, c: Any) -> Any:
 
 @compiled
 def keep_history(
-    record: Any, kept: int, start: Any, end: Any, on: Any, hi: int, begin: float, until: float,
-    c: Any,
-) -> int:  # fmt: skip
-    """Fill in the wanted times up to the end of a step; returns how many are filled in now."""
+    record: Any, kept: int, start: Any, end: Any, on: Any, hi: int, span: Any, c: Any
+) -> int:
+    """Fill in the wanted times up to the end of a step; returns how many are filled in now.
+
+    ``span`` is the begin and the end of the step.
+    """
+    begin, until = span
     h = until - begin
     while kept < record.time.size and record.time[kept] <= until:
         s = (record.time[kept] - begin) / h
@@ -419,27 +420,24 @@ def _acting(contact: int, chosen: Any, hi: int, c: Any) -> int:
 
 
 @compiled
-def observe(
-    watch: Any, start: Any, end: Any, begin: float, h: float, fresh: bool, hi: int, c: Any,
-    chosen: Any,
-) -> None:  # fmt: skip
+def observe(watch: Any, start: Any, end: Any, span: Any, hi: int, c: Any, chosen: Any) -> None:
     """Look at the contacts, and at gauges in granules, within a step.
 
-    A step that is ``fresh`` has no rates at its start. Contact i is ``chosen[i]`` of the chain; in
-    a part of the chain contacts without stiffness are open, wherever their granules are.
+    ``span`` is the begin of the step, its length and whether it is ``fresh``, without rates at its
+    start. Contact i is ``chosen[i]`` of the chain; in a part of the chain contacts without
+    stiffness are open, wherever their granules are.
     """
-    nothing = (0.0, 0.0, 0.0, 0.0)
     contacts = watch.contacts[0]
     for n in range(min(hi, chosen.size)):
         k = chosen[n]
         if k < contacts:
             acting = n if c.stiffness[n] > 0.0 else -1
-            _look(watch, k, acting, watch.signals[k].other, start, end, begin, h, fresh, c, nothing)
+            _look(watch, k, acting, watch.signals[k].other, start, end, span, c)
     for k in range(contacts, watch.signals.size):
         i = _acting(watch.signals[k].contact, chosen, hi, c)
         j = _acting(watch.signals[k].other, chosen, hi, c)
         if i >= 0 or j >= 0:
-            _look(watch, k, i, j, start, end, begin, h, fresh, c, nothing)
+            _look(watch, k, i, j, start, end, span, c)
 
 
 @compiled
@@ -454,11 +452,9 @@ def _is_monotone(rise: float, end_rise: float, grown: float) -> bool:
 
 
 @compiled
-def _look(
-    watch: Any, k: int, i: int, j: int, start: Any, end: Any, begin: float, h: float, fresh: bool,
-    c: Any, nothing: Any,
-) -> None:  # fmt: skip
+def _look(watch: Any, k: int, i: int, j: int, start: Any, end: Any, span: Any, c: Any) -> None:
     """Look at a signal whose contacts are i and j here; -1 for none, or one that does not act."""
+    (begin, h, fresh), nothing = span, (0.0, 0.0, 0.0, 0.0)
     s = watch.signals[k]
     f0, f1, rise, end_rise = 0.0, 0.0, 0.0, 0.0
     for n in (i, j):

@@ -48,6 +48,7 @@ from hertzchain.engines.native.elastic_chain import (
     VELOCITY,
     Outcome,
     Seen,
+    Start,
     applied_force,
     applied_force_rate,
     energy_of,
@@ -111,6 +112,55 @@ without its sign; the end if contacts are never pressed, the end by the pulses s
 look at them next; and whether a contact has just begun."""
 
 
+class Method(NamedTuple):
+    """Coefficients of an explicit method that estimates its error; shape (stages,).
+
+    ``rows``, of shape (stages + 1, stages), ends with the weights; ``squares`` is their product
+    with the rows of the stages, which makes displacements of accelerations. The error of a step h
+    is e5^2 / sqrt(e5^2 + e3^2 / 100), where e5 and e3 are h times the sums of the stages with the
+    weights ``fifth`` and ``third``.
+    """
+
+    nodes: FloatArray
+    rows: FloatArray
+    squares: FloatArray
+    fifth: FloatArray
+    third: FloatArray
+
+
+class Patch(NamedTuple):
+    """The granules that are computed: the whole chain, or the parts of it that do not fly.
+
+    Their motion at the start and the end of a step, modes of their contacts, room, and chain.
+    """
+
+    start: Motion
+    end: Motion
+    on: FloatArray
+    room: Room
+    c: Chain
+
+
+class Steps(NamedTuple):
+    """Which steps are taken.
+
+    ``legs``, shape (legs, 8), have the applied force: see ``elastic_chain.START``; steps end where
+    they do, and their numbers of steps have no effect. ``method`` has the coefficients.
+    ``tolerance`` is the error of a step over the largest speed, which counts as at least
+    ``slowest``; ``longest`` the longest step, natural units; ``stable`` that times the rate at
+    which dampers stop motions; ``most_work`` the force evaluations of granules after which the run
+    ends as TOO_MUCH.
+    """
+
+    legs: FloatArray
+    method: Method
+    tolerance: float
+    slowest: float
+    longest: float
+    stable: float
+    most_work: float
+
+
 class State(NamedTuple):
     """All that a run changes; made and held outside of the kernels.
 
@@ -143,8 +193,9 @@ def copy(what: Any, to: Any, lo: int, hi: int) -> None:
 
 
 @compiled
-def fly(start: Any, end: Any, on: Any, run: Any, c: Any, until: float, record: Any) -> None:
+def fly(patch: Any, run: Any, until: float, record: Any) -> None:
     """Move all granules to a time while no contact acts; constant forces do."""
+    start, end, on, c = patch.start, patch.end, patch.on, patch.c
     h, granules = until - run.time, c.inverse_mass.size
     for i in range(granules):
         pull = c.constant[i]
@@ -152,7 +203,7 @@ def fly(start: Any, end: Any, on: Any, run: Any, c: Any, until: float, record: A
         end.v[i] = start.v[i] + h * pull
         end.u[i] = start.u[i] + h * (start.v[i] + h * pull / 2)
     start.r[:] = end.r[:] = 0.0
-    run.kept = keep_history(record, run.kept, start, end, on, granules, run.time, until, c)
+    run.kept = keep_history(record, run.kept, start, end, on, granules, (run.time, until), c)
     copy(end.u, start.u, 0, granules)
     copy(end.v, start.v, 0, granules)
     run.time = until
@@ -310,14 +361,12 @@ def _fly(u: Any, v: Any, u0: Any, v0: Any, time: float, hi: int) -> None:
 
 
 @compiled
-def _combine(
-    u: Any, v: Any, size: float, twice: Any, once: Any, s: int, k: Any, stages: int, hi: int
-) -> None:
-    """Add the stages with rows of coefficients.
+def _combine(u: Any, v: Any, size: float, twice: Any, once: Any, s: int, k: Any, hi: int) -> None:
+    """Add the stages before stage s with rows of coefficients.
 
     ``once`` makes velocities of scaled accelerations, ``twice`` displacements.
     """
-    for j in range(stages):
+    for j in range(min(s, k.shape[0])):
         of_u, of_v = size * size * twice[s, j], size * once[s, j]
         if of_u != 0.0 or of_v != 0.0:
             for i in range(np.uint64(0), np.uint64(hi)):
@@ -363,15 +412,13 @@ def force_on_held(f: Any, c: Any) -> float:
 
 
 @compiled
-def take_step(
-    start: Any, end: Any, room: Any, on: Any, method: Any, leg: Any, begin: float, h: float, m: int,
-    hi: int, c: Any,
-) -> int:  # fmt: skip
+def take_step(patch: Any, method: Any, leg: Any, begin: float, h: float, m: int, hi: int) -> int:
     """Take one step in t^(1/m); returns where the window ends.
 
     ``room.gained`` gets the work of the applied force or the piston, the dissipated energy, and the
     impulses of wall and piston.
     """
+    start, end, on, room, c = patch.start, patch.end, patch.on, patch.room, patch.c
     f, power, k, gained = room.f, room.power, room.k, room.gained
     u1, v1, rows, nodes = end.u, end.v, method.rows, method.nodes
     granules, stages = c.inverse_mass.size, nodes.size
@@ -398,7 +445,7 @@ def take_step(
         if m > 1:
             past, scale = tau**m, m * tau ** (m - 1)
         _fly(u1, v1, start.u, start.v, past, hi)
-        _combine(u1, v1, size, twice, rows, s, k, min(s, stages), hi)
+        _combine(u1, v1, size, twice, rows, s, k, hi)
         if s == stages:
             break
         f[place] = applied_force(leg, begin + past)
@@ -472,6 +519,9 @@ in tau can be small by chance, and with a tenth errors reach 64 tolerances."""
 _MOST_RELOCATIONS = 8
 """Most repetitions of a step for one change of modes; two or three are usual."""
 
+SLOWEST = 1e-3
+"""Speed below which errors are no longer judged by the largest speed, natural units (chosen)."""
+
 STABLE = 4.0
 """Longest step times the rate at which dampers stop motions. At 5 the method leaves 0.06 of such a
 motion, at 6 half, and above 6.4 it makes it grow (derived from its coefficients). With longer steps
@@ -492,22 +542,6 @@ _LEAST_OVERLAP_RATIO = 1e-15
 digit. A contact that is open by less can be at rest in no mode, and steps would not advance."""
 
 
-class Method(NamedTuple):
-    """Coefficients of an explicit method that estimates its error; shape (stages,).
-
-    ``rows``, of shape (stages + 1, stages), ends with the weights; ``squares`` is their product
-    with the rows of the stages, which makes displacements of accelerations. The error of a step h
-    is e5^2 / sqrt(e5^2 + e3^2 / 100), where e5 and e3 are h times the sums of the stages with the
-    weights ``fifth`` and ``third``.
-    """
-
-    nodes: FloatArray
-    rows: FloatArray
-    squares: FloatArray
-    fifth: FloatArray
-    third: FloatArray
-
-
 @compiled
 def grain(u: Any, hi: int) -> float:
     """Overlap below which displacements cannot show whether a contact is open."""
@@ -526,15 +560,17 @@ def change_mode(at: Any, on: Any, i: int, run: Any, c: Any) -> None:
 
 @compiled
 def advance(
-    start: Any, end: Any, on: Any, room: Any, c: Any, leg: Any, until: float, until_change: bool,
-    run: Any, method: Any, tolerance: float, slowest: float, longest: float, stable: float,
-    most_work: float, seen: Any, watch: Any, control: Any, chosen: Any,
+    patch: Any, leg: Any, until: float, until_change: bool, run: Any, steps: Any, seen: Any,
+    watch: Any, control: Any, chosen: Any,
 ) -> None:  # fmt: skip
     """Take steps up to a time or, with ``until_change``, until a contact begins or ends.
 
-    Errors are judged by the largest speed of these granules, at least ``slowest``. Granule i of a
-    part of the chain is ``chosen[i]`` of the chain.
+    Errors are judged by the largest speed of these granules. Granule i of a patch is ``chosen[i]``
+    of the chain.
     """
+    start, end, on, room, c = patch.start, patch.end, patch.on, patch.room, patch.c
+    method, tolerance, slowest = steps.method, steps.tolerance, steps.slowest
+    longest, stable = steps.longest, steps.stable
     record, leg_end = seen.record, until
     u0, v0, u1, v1 = start.u, start.v, end.u, end.v
     root = 4 if c.exponent == 1 else 2
@@ -559,7 +595,7 @@ def advance(
                 h = min(h, _FIRST_STEP_RATIO * longest)
             if fresh and run.kept < record.time.size and record.time[run.kept] > time + shortest:
                 h = min(h, record.time[run.kept] - time)
-            hi = take_step(start, end, room, on, method, leg, time, h, m, run.hi, c)
+            hi = take_step(patch, method, leg, time, h, m, run.hi)
             run.hi = hi
             run.evaluations += method.nodes.size
             run.cost += method.nodes.size * hi
@@ -620,9 +656,9 @@ def advance(
             keep_maxima(start, end, seen, begin, h, hi, c)
         keep_ends(seen, end.f, after, hi)
         if watch is not None:
-            observe(watch, start, end, begin, h, fresh, hi, c, chosen)
+            observe(watch, start, end, (begin, h, fresh), hi, c, chosen)
         if run.kept < record.time.size and record.time[run.kept] <= after:
-            run.kept = keep_history(record, run.kept, start, end, on, hi, begin, after, c)
+            run.kept = keep_history(record, run.kept, start, end, on, hi, (begin, after), c)
         grown = min(4.0, 0.9 * max(error, 1e-10) ** (-1 / 8))
         run.following = max(smooth, h * grown) if target >= 0 else h * grown**m
         was_fresh, fresh = fresh, False
@@ -661,7 +697,7 @@ def advance(
             run.end = max(usual_end(watch, run.usual, at, run.end), after)
             run.next_end = min(run.next_end + CHECK, run.end) if run.end > after else math.inf
             until = min(leg_end, run.end)
-        if run.cost >= most_work:
+        if run.cost >= steps.most_work:
             run.status = TOO_MUCH
         if run.steps >= run.steps_before + _CHECKED_STEPS:
             if not after > run.time_before + _CHECKED_STEPS * _LEAST_MEAN_STEP * longest:
@@ -676,44 +712,30 @@ def advance(
                 run.status = DIVERGED
 
 
-_SLOW = 1e-3
-"""Speed below which errors are no longer judged by the largest speed, natural units."""
-
-
 @compiled_and_kept()
 def march(
-    legs: FloatArray, method: Method, c: Chain, start: FloatArray, moving: int, tolerance: float,
-    longest: float, stable: float, most_work: float, state: State, seen: Seen, watch: Watch | None,
+    steps: Steps, c: Chain, start: Start, state: State, seen: Seen, watch: Watch | None,
     usual: float, control: FloatArray,
 ) -> Outcome:  # fmt: skip
     """Integrate a chain of damped contacts; return what happened.
 
     Parameters
     ----------
-    legs
-        The applied force, shape (legs, 8): see ``elastic_chain.START`` and what follows. Steps end
-        where legs do; the number of steps in a leg has no effect.
-    method, c
-        Coefficients, and the chain with an entry for the free end.
-    start, moving
-        Displacement and velocity at the start, shape (2, granules); granules that may move then,
-        all for a run without a front.
-    tolerance, longest, stable
-        Error of a step over the largest speed; the longest step, natural units; the longest step
-        times the rate at which dampers stop motions.
-    most_work
-        Force evaluations of granules after which the run ends as TOO_MUCH.
+    steps, c, start
+        Which steps are taken, the chain with an entry for the free end, and how it starts.
     state, seen, watch, usual, control
-        Filled in, displacement and velocity at the end too; the others as for ``elastic.march``.
+        Filled in, displacement and velocity at the end too; the others as for ``elastic.march``,
+        ``usual`` as in ``elastic_chain.Ending``.
     """
-    granules, record = c.inverse_mass.size, seen.record
+    granules, record, legs = c.inverse_mass.size, seen.record, steps.legs
+    tolerance, longest, slowest = steps.tolerance, steps.longest, steps.slowest
     begun, end, on, room, run = state.start, state.end, state.on, state.room, state.run[0]
     u, v = begun.u, begun.v
-    u[:granules], v[:granules] = start[0], start[1]
+    u[:granules], v[:granules] = start.motion[0], start.motion[1]
     run.fresh = start_modes(u, v, on, c)
     run.given = energy_of(u, v, 0, granules, c)
-    run.time, run.following, run.hi = legs[0, START], longest / 64, min(moving, granules)
-    run.allowed = tolerance * max(np.max(np.abs(v)), _SLOW)
+    run.time, run.following, run.hi = legs[0, START], longest / 64, min(start.moving, granules)
+    run.allowed = tolerance * max(np.max(np.abs(v)), slowest)
     run.status = STOPPED if is_stopped(control) else DONE
     run.usual, run.end, run.next_end = usual, math.inf, math.inf if math.isnan(usual) else CHECK
     # Where granules fly, only a part of the chain is computed; loads, however, move them all.
@@ -728,7 +750,7 @@ def march(
     )  # fmt: skip
     part_force, part_time = np.zeros(size), np.zeros(size)
     inside, chosen = np.zeros(granules, np.bool_), np.zeros(size, np.int64)
-    everyone = np.arange(granules)
+    whole, everyone = Patch(begun, end, on, room, c), np.arange(granules)
     no_force = np.zeros(legs.shape[1])
     for number in range(legs.shape[0]):
         leg = legs[number]
@@ -737,7 +759,7 @@ def march(
         if has_piston(c):
             u[0], v[0] = leg[PLACE], leg[VELOCITY]
             d, w = u[0] - u[1] - c.gap[0], v[0] - v[1]
-            allowed = tolerance * max(abs(w), _SLOW)
+            allowed = tolerance * max(abs(w), slowest)
             evaluate(begun, on, leg, run.time, run.hi, c)
             idle = max(IDLE * allowed, grain(u, run.hi))
             if in_wrong_mode(begun, on, 0, idle, c):  # its velocity has jumped
@@ -765,14 +787,13 @@ def march(
             stop = min(leg_end, touch)
             if not acts:
                 if not parted:
-                    fly(begun, end, on, run, c, stop, record)
+                    fly(whole, run, stop, record)
                 run.time, run.fresh = stop, False
                 run.following = min(run.following, longest / 4)
             elif not parted:
                 advance(
-                    begun, end, on, room, c, leg, leg_end, not is_pushed, run, method, tolerance,
-                    _SLOW, longest, stable, most_work, seen, watch, control, everyone,
-                )  # fmt: skip
+                    whole, leg, leg_end, not is_pushed, run, steps, seen, watch, control, everyone
+                )
             elif stop > run.time:
                 many = gather(c, inside, part_of_c, chosen)
                 for k in range(many):
@@ -794,11 +815,15 @@ def march(
                 )
                 run.hi = many
                 # ``parted`` is true here: for a literal True all would be compiled a second time.
+                peaks = Seen(part_force[:many], part_time[:many], record)
                 advance(
-                    motion, end, part_on[:many], room, group, leg if chosen[0] == 0 else no_force,
-                    stop, parted, run, method, tolerance, max(_SLOW, np.max(np.abs(v))), longest,
-                    stable, most_work, Seen(part_force[:many], part_time[:many], record), watch,
-                    control, chosen,
+                    Patch(motion, end, part_on[:many], room, group),
+                    leg if chosen[0] == 0 else no_force, stop, parted, run,
+                    Steps(
+                        legs, steps.method, tolerance, max(slowest, np.max(np.abs(v))), longest,
+                        steps.stable, steps.most_work,
+                    ),
+                    peaks, watch, control, chosen,
                 )  # fmt: skip
                 run.hi = granules
                 for k in range(many):

@@ -84,8 +84,8 @@ def integrate_damped(
     for ``elastic.march``.
     """
     from hertzchain.engines.native import damped_kernel
-    from hertzchain.engines.native.damped_kernel import at_the_start
-    from hertzchain.engines.native.elastic_chain import Seen
+    from hertzchain.engines.native.damped_kernel import Steps, at_the_start
+    from hertzchain.engines.native.elastic_chain import Seen, Start
 
     granules, contacts = chain.inverse_mass.size, chain.stiffness.size
     record = room_for() if record is None else record
@@ -96,10 +96,16 @@ def integrate_damped(
     method = _method()
     state = at_the_start(granules, method.nodes.size)
     outcome = damped_kernel.march(
-        rows, method, chain.padded(), start if start.size else np.zeros((2, granules)),
-        MOVING if has_front else granules, tolerance, longer * longest,
-        longer * damped_kernel.STABLE, most_work, state, Seen(force, time, record),
-        watch, usual, np.zeros(3) if control is None else control,
+        Steps(
+            rows, method, tolerance, damped_kernel.SLOWEST, longer * longest,
+            longer * damped_kernel.STABLE, most_work,
+        ),
+        chain.padded(),
+        Start(
+            start if start.size else np.zeros((2, granules)), MOVING if has_front else granules
+        ),
+        state, Seen(force, time, record), watch, usual,
+        np.zeros(3) if control is None else control,
     )  # fmt: skip
     peaks = Peaks(force, time, time < outcome.end)
     return Simulation.of(outcome, state.start.u[:granules], state.start.v[:granules], peaks)

@@ -15,7 +15,7 @@ Granules lo ... hi - 1 move, the window of the chain that is computed.
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -31,13 +31,19 @@ from hertzchain.engines.native.elastic_chain import (
     STEPS,
     STOPPED,
     VELOCITY,
+    Ending,
+    Motion,
     Outcome,
     Record,
     Seen,
+    Span,
+    Start,
     State,
     Steps,
     accelerate_pushed,
     begin_run,
+    copy_motion,
+    ends_of_contact,
     energy_of,
     has_piston,
     impulse_in_step,
@@ -45,7 +51,6 @@ from hertzchain.engines.native.elastic_chain import (
     is_diverged,
     is_stopped,
     keep_history,
-    keep_start,
     momentum_of,
     motion_of_contact,
     overlap_of,
@@ -81,10 +86,7 @@ DIP = 0.75
 
 
 @compiled_without_nan
-def scan(
-    u0: Any, v0: Any, a: Any, u: Any, v: Any, g: Any, h: float, starting: bool, lo: int, hi: int,
-    chain: Any,
-) -> Any:  # fmt: skip
+def scan(before: Any, after: Any, h: float, starting: bool, lo: int, hi: int, chain: Any) -> Any:
     """Scan a step: contacts with a maximum, the fastest to open or close, the largest speed.
 
     A contact has had a maximum if its overlap rate w changes its sign. It may also have had one
@@ -95,6 +97,8 @@ def scan(
     defines which contacts open or close. The contact ahead of the last granule is included, though
     it is never pressed: a whole number of vectors is quicker than one contact less.
     """
+    u0, v0, a = before
+    u, v, g = after
     turns, dips, fastest, speed, dip = 0, 0, 0.0, 0.0, DIP * h
     for i in range(np.uint64(lo), np.uint64(hi)):
         r0, r1 = u0[i] - u0[i + ONE], u[i] - u[i + ONE]
@@ -117,17 +121,24 @@ def scan(
 
 
 @part
+def _slack_of(span: Any) -> float:
+    """The step of velocity Verlet, whose rates count as 0 near 0: see ``keep_peaks``; else 0."""
+    return float(span.h) if span.off > 0.0 else 0.0
+
+
+@part
 def keep_peaks(
-    seen: Any, u0: Any, v0: Any, a: Any, u: Any, v: Any, g: Any, lo: int, hi: int,
-    leg: Any, begin: float, time: float, h: float, off: float, dips: bool, slack: float,
-    chain: Any,
-) -> None:  # fmt: skip
+    seen: Any, before: Any, after: Any, span: Any, lo: int, hi: int, dips: bool, chain: Any
+) -> None:
     """The maxima of contact forces within a step, of the contacts that ``scan`` finds.
 
-    ``time`` is that of the end of the step, to the last digit. ``slack`` is 0, and h for velocity
+    ``slack`` is 0, and h for velocity
     Verlet: its rates are off by h^2 / 6 times the jerk, so rates count as 0 up to six times that,
     if the jerk stays the same.
     """
+    begin, time, h, slack = span.begin, span.end, span.h, _slack_of(span)
+    u0, v0, a = before
+    u, v, g = after
     peak_force, peak_time, dip = seen.force, seen.time, DIP * h
     for i in range(lo, hi - 1):
         w0, w1 = v0[i] - v0[i + 1], v[i] - v[i + 1]
@@ -150,18 +161,17 @@ def keep_peaks(
         if ends > peak_force[i]:
             peak_force[i] = ends
             peak_time[i] = time if r1 > r0 else begin
-        start = motion_of_contact(u0, v0, i, lo, leg, begin, off, chain)
-        end = motion_of_contact(u, v, i, lo, leg, begin + h, off, chain)
+        start, end = ends_of_contact(before, after, span, i, lo, chain)
         force, s = highest(start, end, h, with_stiffness(1.0, i, chain), 0.0, 0.5, 0.0)
         if force > peak_force[i]:
             peak_force[i], peak_time[i] = force, begin + s * h
 
 
 @part
-def _range(
-    u0: Any, v0: Any, a: Any, u: Any, v: Any, g: Any, i: int, h: float, slack: float, chain: Any
-) -> Any:  # fmt: skip
+def _range(before: Any, after: Any, i: int, h: float, slack: float, chain: Any) -> Any:
     """Bounds of a contact force within a step; twice 0 for a contact that stays open."""
+    u0, v0, a = before
+    u, v, g = after
     r0, r1 = overlap_of(u0, i, chain), overlap_of(u, i, chain)
     w0, w1 = float(v0[i] - v0[i + 1]), float(v[i] - v[i + 1])
     least, most = min(r0, r1), max(r0, r1)
@@ -180,49 +190,42 @@ def _range(
 
 
 @part
-def _ends(
-    u0: Any, v0: Any, u: Any, v: Any, i: int, lo: int, leg: Any, begin: float, h: float,
-    off: float, chain: Any,
-) -> Any:  # fmt: skip
+def _ends(before: Any, after: Any, span: Any, i: int, lo: int, chain: Any) -> Any:
     """Motion of a contact at the start and the end of a step, and its force there."""
-    start = motion_of_contact(u0, v0, i, lo, leg, begin, off, chain)
-    end = motion_of_contact(u, v, i, lo, leg, begin + h, off, chain)
+    leg, begin, off = span.leg, span.begin, span.off
+    start = motion_of_contact(before.u, before.v, i, lo, leg, begin, off, chain)
+    end = motion_of_contact(after.u, after.v, i, lo, leg, begin + span.h, off, chain)
     f0 = with_stiffness(hertz_force(start[0]), i, chain)
     return start, end, f0, with_stiffness(hertz_force(end[0]), i, chain)
 
 
 @compiled
-def observe(
-    watch: Any, u0: Any, v0: Any, a: Any, u: Any, v: Any, g: Any, lo: int, hi: int, leg: Any,
-    begin: float, time: float, off: float, verlet: bool, chain: Any,
-) -> None:  # fmt: skip
-    """Look at the contacts of the window, and at gauges in granules, within a step.
-
-    Rates of velocity Verlet count as 0 near 0: see ``keep_peaks``.
-    """
-    h, nothing = time - begin, (0.0, 0.0, 0.0, 0.0)
-    slack = h if verlet else 0.0
+def observe(watch: Any, before: Any, after: Any, step: Any, lo: int, hi: int, chain: Any) -> None:
+    """Look at the contacts of the window, and at gauges in granules, within a step."""
+    begin, h, nothing = step.begin, step.end - step.begin, (0.0, 0.0, 0.0, 0.0)
+    slack = h if step.off > 0.0 else 0.0
+    span = Span(step.leg, begin, step.end, h, step.off)
     for i in range(lo, hi - 1):
-        least, most = _range(u0, v0, a, u, v, g, i, h, slack, chain)
+        least, most = _range(before, after, i, h, slack, chain)
         if has_news(watch.signals[i], least, most):
-            start, end, f0, f1 = _ends(u0, v0, u, v, i, lo, leg, begin, h, off, chain)
-            step = Step(begin, h, start, end, nothing, nothing, 1.0, 1.0)
-            look(watch, i, step, f0, f1, True)
+            start, end, f0, f1 = _ends(before, after, span, i, lo, chain)
+            motion = Step(begin, h, start, end, nothing, nothing, 1.0, 1.0)
+            look(watch, i, motion, f0, f1, True)
     for k in range(watch.contacts[0], watch.signals.size):
         s = watch.signals[k]
         i, j = s.contact, s.other
-        least, most = _range(u0, v0, a, u, v, g, i, h, slack, chain)
+        least, most = _range(before, after, i, h, slack, chain)
         if j >= 0:
-            other_least, other_most = _range(u0, v0, a, u, v, g, j, h, slack, chain)
+            other_least, other_most = _range(before, after, j, h, slack, chain)
             least, most = least + other_least, most + other_most
         if has_news(s, s.weight * least, s.weight * most):
-            start, end, f0, f1 = _ends(u0, v0, u, v, i, lo, leg, begin, h, off, chain)
-            before, after = nothing, nothing
+            start, end, f0, f1 = _ends(before, after, span, i, lo, chain)
+            other_start, other_end = nothing, nothing
             if j >= 0:
-                before, after, g0, g1 = _ends(u0, v0, u, v, j, lo, leg, begin, h, off, chain)
+                other_start, other_end, g0, g1 = _ends(before, after, span, j, lo, chain)
                 f0, f1 = f0 + g0, f1 + g1
-            step = Step(begin, h, start, end, before, after, 1.0, 1.0)
-            look(watch, k, step, s.weight * f0, s.weight * f1, True)
+            motion = Step(begin, h, start, end, other_start, other_end, 1.0, 1.0)
+            look(watch, k, motion, s.weight * f0, s.weight * f1, True)
 
 
 @part
@@ -419,30 +422,19 @@ _LEG_DONE, _SETTLED, _DIVERGED, _STOPPED = range(4)
 
 @compiled_and_kept(**UNCOUNTED)  # an eighth less to compile
 def march(
-    steps: Steps, state: State, granules: int, start: FloatArray, chain: Chain | None, moving: int,
-    leave_behind: bool, seen: Seen, watch: Watch | None, usual: float, control: FloatArray,
+    steps: Steps, chain: Chain | None, start: Start, state: State, seen: Seen, watch: Watch | None,
+    ending: Ending, control: FloatArray,
 ) -> Outcome:  # fmt: skip
     """Integrate a chain; return what happened.
 
     Parameters
     ----------
-    steps, state, granules
-        Which steps are taken, and the applied force; filled in, displacement and velocity at the
-        end too; N.
-    start
-        Displacement and velocity at the start, shape (2, N), not with ``leave_behind``; shape
-        (0, 0) for a chain at rest.
-    chain, moving
-        The chain of a scene with terms, None for a plain chain; granules that may move at the
-        start, N for a run without a front.
-    leave_behind
-        Whether granules that cannot change any peak are left behind, and the run ends when no peak
-        can change. There is no final state then, and no record. Only in a plain chain.
-    seen, watch
-        Filled in; ``watch``, where first pulses are wanted, only with a chain.
-    usual
-        If it is not NaN, the run ends by itself when its first pulses are over: see
-        ``observer.usual_end``, which takes this as the end otherwise.
+    steps, chain, start, ending
+        Which steps are taken, and the applied force; the chain of a scene with terms, None for a
+        plain chain; how it starts, and when it ends.
+    state, seen, watch
+        Filled in, displacement and velocity at the end too, without ``leave_behind``; ``watch``,
+        where first pulses are wanted, only with a chain. The state has N + 1 columns.
     control
         If [0] is set to -1 from outside, the run stops; a positive number there is the number of
         checks, one every million steps of a granule, after which the run stops by itself. [1] has
@@ -450,20 +442,22 @@ def march(
     """
     run, rows, legs = state.progress[0], state.rows, steps.legs
     verlet, tolerance, stages = steps.verlet, steps.tolerance, steps.drifts.size
+    granules, usual = rows.shape[1] - 1, ending.usual
     record, has_wall = seen.record, seen.force.size == granules
-    u, v, g, u0, v0, a = rows[0], rows[1], rows[2], rows[3], rows[4], rows[5]
+    after, before = Motion(rows[0], rows[1], rows[2]), Motion(rows[3], rows[4], rows[5])
+    u, v, g = after
     u[granules] = 0.0 if has_wall else FREE_END
-    lo, hi, spent, time = 0, min(moving, granules), 0, legs[0, START]
+    lo, hi, spent, time = 0, min(start.moving, granules), 0, legs[0, START]
     run.time, next_check, pushed = time, _CHECK, pushed_legs(legs)
-    if start.size > 0 or chain is not None:
-        begin_run(u, v, g, start, granules, seen, run, chain)
+    if start.motion.size > 0 or chain is not None:
+        begin_run(after, start.motion, granules, seen, run, chain)
     reason = _STOPPED if is_stopped(control) else _LEG_DONE
     run_end, next_end = math.inf, math.inf if math.isnan(usual) else _CHECK
     for number in range(legs.shape[0]):
         if reason != _LEG_DONE or time >= run_end:
             break
         leg, over = legs[number], number >= pushed
-        start_leg(leg, u, v, g, seen, run, lo, chain)
+        start_leg(leg, after, seen, run, lo, chain)
         since, until = leg[START], min(leg[END], run_end)
         usual_step = (leg[END] - since) / leg[STEPS]
         in_leg = int(leg[STEPS])
@@ -473,15 +467,19 @@ def march(
         h, whole, part, level = full, 0, 0, 0
         while whole < in_leg:
             begin = since + whole * full + part * h
-            keep_start(u, v, g, u0, v0, a, lo, hi + 1)
+            is_last = whole + 1 == in_leg and part + 1 == 1 << level
+            span = Span(
+                leg, begin, until if is_last else begin + h, h, h * h / 6 if verlet else 0.0
+            )
+            copy_motion(after, before, lo, hi + 1)
             reached = hi
-            hi = symplectic_step(u, v, g, run, steps, leg, begin, h, lo, hi, granules, chain)
+            hi = symplectic_step(after, run, steps, span, lo, hi, granules, chain)
             if hi > reached:
                 # New granules were at rest before the step; the entry beyond the free end stays as
                 # it is.
                 for i in range(reached + 1, hi + 1):
-                    u0[i] = u[i] if i == granules else 0.0
-                    v0[i] = a[i] = 0.0
+                    before.u[i] = u[i] if i == granules else 0.0
+                    before.v[i] = before.a[i] = 0.0
             run.granule_evaluations += stages * (hi - lo)
             spent += hi - lo + _STEP_IN_GRANULES
             if spent >= _LOOK:
@@ -495,47 +493,34 @@ def march(
                 turns, dips = 0, True
             else:
                 turns, dips, fastest, speed = scan(
-                    u0, v0, a, u, v, g, h, begin < steps.starting, lo, hi, chain
+                    before, after, h, begin < steps.starting, lo, hi, chain
                 )
                 felt = fastest**3 * h**5 > (tolerance * speed) ** 2
                 if tolerance > 0 and level < DEEPEST and felt:
-                    keep_start(u0, v0, a, u, v, g, lo, hi + 1)  # undone
+                    copy_motion(before, after, lo, hi + 1)  # undone
                     level, part, h = level + 1, 2 * part, h / 2
                     continue
             run.steps += 1
             part += 1
-            time = begin + h
-            if whole + 1 == in_leg and part == 1 << level:
-                time = until
-            off = h * h / 6 if verlet else 0.0
+            time = span.end
             on_wall = 1 if hi == granules and has_wall else 0
             if turns > 0 or dips:
-                keep_peaks(
-                    seen, u0, v0, a, u, v, g, lo, hi + on_wall, leg, begin, time, h, off,
-                    dips, h if verlet else 0.0, chain,
-                )  # fmt: skip
+                keep_peaks(seen, before, after, span, lo, hi + on_wall, dips, chain)
             if watch is not None:
-                observe(
-                    watch, u0, v0, a, u, v, g, lo, hi + on_wall, leg, begin, time, off, verlet,
-                    chain,
-                )  # fmt: skip
+                observe(watch, before, after, span, lo, hi + on_wall, chain)
             if leg[SHAPE] != 0:
-                run.work += work_in_step(u0, v0, u, v, lo, leg, begin, h, off, chain)
+                run.work += work_in_step(before, after, span, lo, chain)
             if chain is not None and on_wall == 1:
-                run.wall += impulse_in_step(granules - 1, u0, v0, u, v, leg, begin, h, off, chain)
+                run.wall += impulse_in_step(granules - 1, before, after, span, chain)
             if chain is not None and chain.fixed.size > 0:
-                run.wall += impulse_on_fixed(
-                    u0, v0, u, v, leg, begin, h, off, chain, seen.force.size
-                )
+                run.wall += impulse_on_fixed(before, after, span, chain, seen.force.size)
             if chain is not None and has_piston(chain):
-                given = impulse_in_step(0, u0, v0, u, v, leg, begin, h, off, chain)
+                given = impulse_in_step(0, before, after, span, chain)
                 run.piston += given
                 run.work += given * leg[VELOCITY]
                 run.moved += given * abs(leg[VELOCITY])
             if run.kept < record.time.size and record.time[run.kept] <= time:
-                run.kept = keep_history(
-                    record, run.kept, u0, v0, u, v, lo, hi, leg, begin, time, off, chain
-                )
+                run.kept = keep_history(record, run.kept, before, after, span, lo, hi, chain)
             if level == 0:
                 whole, part = whole + 1, 0
             elif part % 2 == 0:
@@ -557,7 +542,7 @@ def march(
                 if is_diverged(energy, run.given, run.work, run.moved, chain):
                     reason = _DIVERGED
                     break
-                if chain is None and leave_behind and over:
+                if chain is None and ending.leave_behind and over:
                     lo = leave_behind_in(u, v, g, seen.force, lo, hi, run)
                     if hi == granules and is_settled(u, v, seen.force, lo, hi):
                         reason = _SETTLED
@@ -576,11 +561,24 @@ def march(
     )  # fmt: skip
 
 
+class Each(NamedTuple):
+    """Results of runs of several scenes.
+
+    Peak forces and times, shape (scenes, N - 1); a record in which nothing is kept; the time
+    reached by each and its force evaluations, NaN where the motion diverged, shape (scenes,).
+    """
+
+    force: FloatArray
+    time: FloatArray
+    record: Record
+    end: FloatArray
+    evaluations: FloatArray
+
+
 @compiled_and_kept(**UNCOUNTED)
 def march_each(
-    rows: FloatArray, steps: Steps, state: State, blank: State, granules: int, start: FloatArray,
-    moving: int, force: FloatArray, time: FloatArray, record: Record, end: FloatArray,
-    evaluations: FloatArray, control: FloatArray,
+    rows: FloatArray, steps: Steps, start: Start, state: State, blank: State, seen: Each,
+    control: FloatArray,
 ) -> None:  # fmt: skip
     """Integrate plain chains under a pulse one after the other, as ``march`` does one of them.
 
@@ -590,15 +588,12 @@ def march_each(
     ----------
     rows
         Their legs, shape (scenes, legs, 8); a leg without steps is left out.
-    steps, granules, start, moving, control
+    steps, start, control
         As for ``march``, with any legs, at rest.
     state, blank
         A state with N + 1 columns that all scenes use, and a copy of it as it is at the start.
-    force, time, end, evaluations
-        Filled in: peaks, shape (scenes, N - 1); the time reached by each and its force evaluations,
-        NaN where the motion diverged, shape (scenes,).
-    record
-        A record in which nothing is kept.
+    seen
+        Filled in.
     """
     for n in range(rows.shape[0]):
         taken = 0
@@ -612,14 +607,14 @@ def march_each(
             rows[n, :taken], steps.kicks, steps.drifts, steps.verlet, steps.tolerance,
             steps.starting,
         )  # fmt: skip
-        seen = Seen(force[n], time[n], record)
+        of_scene = Seen(seen.force[n], seen.time[n], seen.record)
         outcome = march(
-            row_steps, state, granules, start, None, moving, True, seen, None, math.nan, control
+            row_steps, None, start, state, of_scene, None, Ending(math.nan, True), control
         )
         if outcome.status == STOPPED:
             return
-        end[n] = outcome.end
-        evaluations[n] = math.nan if outcome.status == DIVERGED else outcome.evaluations
+        seen.end[n] = outcome.end
+        seen.evaluations[n] = math.nan if outcome.status == DIVERGED else outcome.evaluations
 
 
 @compiled_and_kept(**UNCOUNTED)
@@ -690,8 +685,8 @@ def march_watched(
         seen = Seen(force[n], time[n], record)
         control[2] = 0.0
         out = march(
-            of_scene, state, granules, start[n], chain, moving, leave_behind, seen, watch,
-            usual[n], control,
+            of_scene, chain, Start(start[n], moving), state, seen, watch,
+            Ending(usual[n], leave_behind), control,
         )  # fmt: skip
         if out.status == STOPPED and control[0] < 0:
             return

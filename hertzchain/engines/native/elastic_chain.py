@@ -89,6 +89,51 @@ class Seen(NamedTuple):
     record: Record
 
 
+class Motion(NamedTuple):
+    """Displacement, velocity and acceleration of the granules, each of shape (N + 1,)."""
+
+    u: FloatArray
+    v: FloatArray
+    a: FloatArray
+
+
+class Span(NamedTuple):
+    """A step in time: its leg, shape (8,), begin, end to the last digit, and length.
+
+    ``off`` is that of ``motion_of_granule``.
+    """
+
+    leg: FloatArray
+    begin: float
+    end: float
+    h: float
+    off: float
+
+
+class Start(NamedTuple):
+    """How a chain starts.
+
+    ``motion`` has displacement and velocity, shape (2, N), or (0, 0) for a chain at rest;
+    ``moving`` is the number of granules that may move at the start, N for a run without a front.
+    """
+
+    motion: FloatArray
+    moving: int
+
+
+class Ending(NamedTuple):
+    """When a run ends before its last leg does.
+
+    If ``usual`` is not NaN, the run ends by itself when its first pulses are over: see
+    ``observer.usual_end``, which takes this as the end otherwise. With ``leave_behind`` granules
+    that cannot change any peak are left behind, and the run ends when no peak can change: there is
+    no final state then, and no record. Only in a plain chain.
+    """
+
+    usual: float
+    leave_behind: bool
+
+
 class State(NamedTuple):
     """All that a run changes; allocated outside of the kernels, which then need no memory.
 
@@ -276,14 +321,12 @@ def motion_of_contact(
 
 
 @part
-def work_in_step(
-    u0: Any, v0: Any, u: Any, v: Any, lo: int, leg: Any, begin: float, h: float, off: float,
-    chain: Any,
-) -> float:  # fmt: skip
+def work_in_step(before: Any, after: Any, span: Any, lo: int, chain: Any) -> float:
     """Work done by the applied force in a step: four Gauss points, see ``watch.work_done``."""
     i = lo if chain is None else chain.pushed
-    start = motion_of_granule(u0, v0, i, lo, leg, begin, off, chain)
-    end = motion_of_granule(u, v, i, lo, leg, begin + h, off, chain)
+    leg, begin, h, off = span.leg, span.begin, span.h, span.off
+    start = motion_of_granule(before.u, before.v, i, lo, leg, begin, off, chain)
+    end = motion_of_granule(after.u, after.v, i, lo, leg, begin + h, off, chain)
     curve = hermite(start, end, h)
     total = 0.0
     for s, weight in _GAUSS:
@@ -292,15 +335,21 @@ def work_in_step(
 
 
 @part
-def impulse_in_step(
-    contact: int, u0: Any, v0: Any, u: Any, v: Any, leg: Any, begin: float, h: float, off: float,
-    chain: Any,
-) -> float:  # fmt: skip
+def ends_of_contact(before: Any, after: Any, span: Any, i: int, lo: int, chain: Any) -> Any:
+    """Motion of a contact at the begin and the end of a step: see ``motion_of_contact``."""
+    return (
+        motion_of_contact(before.u, before.v, i, lo, span.leg, span.begin, span.off, chain),
+        motion_of_contact(after.u, after.v, i, lo, span.leg, span.begin + span.h, span.off, chain),
+    )
+
+
+@part
+def impulse_in_step(contact: int, before: Any, after: Any, span: Any, chain: Any) -> float:
     """Integral of the force of a contact over a step, by the points of ``work_in_step``."""
-    start = motion_of_contact(u0, v0, contact, 0, leg, begin, off, chain)
-    end = motion_of_contact(u, v, contact, 0, leg, begin + h, off, chain)
+    start, end = ends_of_contact(before, after, span, contact, 0, chain)
     if start[0] <= 0 and end[0] <= 0:
         return 0.0
+    h = span.h
     curve = hermite(start, end, h)
     total = 0.0
     for s, weight in _GAUSS:
@@ -309,40 +358,37 @@ def impulse_in_step(
 
 
 @part
-def impulse_on_fixed(
-    u0: Any, v0: Any, u: Any, v: Any, leg: Any, begin: float, h: float, off: float, chain: Any,
-    contacts: int,
-) -> float:  # fmt: skip
+def impulse_on_fixed(before: Any, after: Any, span: Any, chain: Any, contacts: int) -> float:
     """Integral of the forces on all fixed granules over a step."""
     total = 0.0
     for k in range(chain.fixed.size):
         i = chain.fixed[k]
         if i > 0:
-            total += impulse_in_step(i - 1, u0, v0, u, v, leg, begin, h, off, chain)
+            total += impulse_in_step(i - 1, before, after, span, chain)
         if i < contacts:
-            total -= impulse_in_step(i, u0, v0, u, v, leg, begin, h, off, chain)
+            total -= impulse_in_step(i, before, after, span, chain)
     return total
 
 
 @part
 def keep_history(
-    record: Any, kept: int, u0: Any, v0: Any, u: Any, v: Any, lo: int, hi: int,
-    leg: Any, begin: float, end: float, off: float, chain: Any,
-) -> int:  # fmt: skip
+    record: Any, kept: int, before: Any, after: Any, span: Any, lo: int, hi: int, chain: Any
+) -> int:
     """Fill in the wanted times up to the end of a step; returns how many are filled in now."""
+    leg, begin, end, off = span.leg, span.begin, span.end, span.off
     h = end - begin
     while kept < record.time.size and record.time[kept] <= end:
         s = (record.time[kept] - begin) / h
         for i in range(lo, hi):
-            start = motion_of_granule(u0, v0, i, lo, leg, begin, off, chain)
-            after = motion_of_granule(u, v, i, lo, leg, end, off, chain)
-            curve = hermite(start, after, h)
+            begun = motion_of_granule(before.u, before.v, i, lo, leg, begin, off, chain)
+            ended = motion_of_granule(after.u, after.v, i, lo, leg, end, off, chain)
+            curve = hermite(begun, ended, h)
             record.displacement[kept, i] = value_at(curve, s)
             record.velocity[kept, i] = slope_at(curve, s) / h
             if i < record.contact_force.shape[1]:
-                start = motion_of_contact(u0, v0, i, lo, leg, begin, off, chain)
-                after = motion_of_contact(u, v, i, lo, leg, end, off, chain)
-                force = hertz_force(value_at(hermite(start, after, h), s))
+                begun = motion_of_contact(before.u, before.v, i, lo, leg, begin, off, chain)
+                ended = motion_of_contact(after.u, after.v, i, lo, leg, end, off, chain)
+                force = hertz_force(value_at(hermite(begun, ended, h), s))
                 record.contact_force[kept, i] = with_stiffness(force, i, chain)
         kept += 1
     return kept
@@ -380,12 +426,13 @@ def _first_kick(u: Any, v: Any, g: Any, kick: Any, drift: Any, lo: int, hi: int)
 
 @compiled
 def _kick_and_drift(
-    u: Any, v: Any, g: Any, left: Any, kick: Any, drift: Any, lo: int, hi: int, chain: Any
+    motion: Any, g: Any, left: Any, kick: Any, drift: Any, lo: int, hi: int, chain: Any
 ) -> Any:
     """Force, kick and drift in one pass; the force ahead of the last granule is returned.
 
     Accelerations are kept in ``g``, unless it is None.
     """
+    u, v, _ = motion
     for i in range(np.uint64(lo), np.uint64(hi)):
         r = u[i] - u[i + ONE]
         if chain is not None:
@@ -429,18 +476,21 @@ def accelerate_pushed(u: Any, g: Any, push: float, lo: int, chain: Any) -> None:
 
 
 @compiled
-def keep_start(u: Any, v: Any, g: Any, u0: Any, v0: Any, a: Any, lo: int, hi: int) -> None:
-    """Keep the motion at the start of a step in ``u0``, ``v0`` and ``a``."""
+def copy_motion(motion: Any, copy: Any, lo: int, hi: int) -> None:
+    """Copy the motion of granules lo ... hi - 1."""
+    u, v, g = motion
+    u0, v0, a = copy
     for i in range(np.uint64(lo), np.uint64(hi)):
         u0[i], v0[i], a[i] = u[i], v[i], g[i]
 
 
 @compiled
 def symplectic_step(
-    u: Any, v: Any, g: Any, run: Any, steps: Any, leg: Any, begin: float, h: float, lo: int,
-    hi: int, granules: int, chain: Any,
-) -> int:  # fmt: skip
+    motion: Any, run: Any, steps: Any, span: Any, lo: int, hi: int, granules: int, chain: Any
+) -> int:
     """Take one step of a symplectic Nystrom method; returns where the window ends now."""
+    u, v, g = motion
+    leg, begin, h = span.leg, span.begin, span.h
     kicks, drifts = steps.kicks, steps.drifts
     pushed, push, time, stages = leg[SHAPE] != 0, run.push, begin, drifts.size
     first = chain is None or chain.pushed == 0
@@ -450,7 +500,7 @@ def symplectic_step(
             time += drifts[s - 1] * h
             push = applied_force(leg, time)
         behind = push if first else 0.0
-        ahead = _kick_and_drift(u, v, None, behind, h * kicks[s], h * drifts[s], lo, hi, chain)
+        ahead = _kick_and_drift(motion, None, behind, h * kicks[s], h * drifts[s], lo, hi, chain)
         if chain is not None and not first:
             more = h * kicks[s] * push * chain.inverse_mass[chain.pushed]
             v[chain.pushed] += more
@@ -461,7 +511,7 @@ def symplectic_step(
         push = applied_force(leg, begin + h)
     run.push = push
     behind = push if first else 0.0
-    ahead = _kick_and_drift(u, v, g, behind, h * kicks[stages], 0.0, lo, hi, chain)
+    ahead = _kick_and_drift(motion, g, behind, h * kicks[stages], 0.0, lo, hi, chain)
     if chain is not None and not first:
         more = push * chain.inverse_mass[chain.pushed]
         g[chain.pushed] += more
@@ -492,10 +542,9 @@ def is_diverged(energy: float, given: float, work: float, moved: float, chain: A
 
 
 @part
-def begin_run(
-    u: Any, v: Any, g: Any, start: Any, granules: int, seen: Any, run: Any, chain: Any
-) -> None:
+def begin_run(motion: Any, start: Any, granules: int, seen: Any, run: Any, chain: Any) -> None:
     """Accelerations, energy and contact forces at the start, without the applied force."""
+    u, v, g = motion
     for i in range(start.shape[1]):
         u[i], v[i] = start[0, i], start[1, i]
     run.given = energy_of(u, v, 0, granules, chain)
@@ -514,11 +563,12 @@ def begin_run(
 
 
 @part
-def start_leg(leg: Any, u: Any, v: Any, g: Any, seen: Any, run: Any, lo: int, chain: Any) -> None:
+def start_leg(leg: Any, motion: Any, seen: Any, run: Any, lo: int, chain: Any) -> None:
     """Change the applied force, or the motion of a piston, at the start of a leg.
 
     Doing this twice does no harm.
     """
+    u, v, g = motion
     run.push = applied_force(leg, leg[START])
     if has_piston(chain):
         u[0], v[0] = leg[PLACE], leg[VELOCITY]

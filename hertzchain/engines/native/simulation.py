@@ -259,8 +259,9 @@ class Prepared:
             watch = None if self.signals is None else self.signals.watch()
             state = elastic_chain.at_the_start(granules)
             outcome = elastic.march(
-                steps, state, granules, self.start, self.chain, self.moving, leave_behind,
-                elastic_chain.Seen(force, time, record), watch, usual, control,
+                steps, self.chain, elastic_chain.Start(self.start, self.moving), state,
+                elastic_chain.Seen(force, time, record), watch,
+                elastic_chain.Ending(usual, leave_behind), control,
             )  # fmt: skip
             # A copy, so that the memory of the run is freed.
             u, v = state.rows[:2, :granules].copy()

@@ -138,7 +138,7 @@ def test_a_batch_is_stopped_at_the_limit(monkeypatch: pytest.MonkeyPatch) -> Non
     march_each = elastic.march_each
 
     def noted(*arguments: Any) -> Any:
-        ends.append(arguments[11])
+        ends.append(arguments[5].end)
         return march_each(*arguments)
 
     monkeypatch.setattr(elastic, "march_each", noted)

@@ -10,7 +10,7 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.engines.native import elastic, elastic_chain
-from hertzchain.engines.native.elastic_chain import Seen, at_the_start
+from hertzchain.engines.native.elastic_chain import Ending, Seen, Start, at_the_start
 from hertzchain.engines.native.plan import SRKN_11B, Walker, cheapest
 from hertzchain.engines.native.simulation import leg_rows, room_for, simulate, steps_of
 from tests.conftest import STEEL, paper_scene
@@ -44,11 +44,9 @@ def outcome(scene: hc.Scene, leave_behind: bool, step: float = 0.4, control: Any
     seen = Seen(np.zeros(contacts), np.full(contacts, np.nan), room_for())
     rows = leg_rows(scene.schedule(step * scene.units.time), scene.units)
     control = np.zeros(3) if control is None else control
-    steps, at_rest = steps_of(rows, Walker(SRKN_11B)), np.zeros((0, 0))
-    state, n = at_the_start(contacts + 1), contacts + 1
-    return elastic.march(
-        steps, state, n, at_rest, None, 8, leave_behind, seen, None, math.nan, control
-    )
+    steps, at_rest = steps_of(rows, Walker(SRKN_11B)), Start(np.zeros((0, 0)), 8)
+    state, ending = at_the_start(contacts + 1), Ending(math.nan, leave_behind)
+    return elastic.march(steps, None, at_rest, state, seen, None, ending, control)
 
 
 def test_the_window_is_as_wide_as_a_wave_however_long_the_chain() -> None:
