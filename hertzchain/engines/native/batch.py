@@ -321,20 +321,22 @@ def _prepared(
             rows, signals = leg_rows(legs, scene.units), of_scene.signals.at_the_start()
             prepared[k] = of_scene
             jobs.append(_Job(of_scene, of_scene.chain, signals, plan, plan.walker, rows, usual))
-    for job, end in _march(jobs, deadline, cores):
+    for job, run in _march(jobs, deadline, cores):
         plan, scene = job.plan, job.prepared.scene
-        legs = plan.legs(scene, None if math.isnan(job.usual) else end * scene.units.time)
+        if not math.isnan(job.usual):
+            scene = scene.until(run.end * scene.units.time)
+        legs = plan.legs(scene)
+        job.prepared.planned[plan] = scene, legs, run
         rows = leg_rows(plan.other_legs(legs), scene.units)
         others.append(job._replace(walker=plan.coarser, rows=rows, usual=math.nan))
     _march(others, deadline, cores)
     return prepared
 
 
-def _march(jobs: Sequence[_Job], deadline: Deadline, cores: int) -> list[tuple[_Job, float]]:
-    """Make runs in the compiled loop, and give them to their scenes.
+def _march(jobs: Sequence[_Job], deadline: Deadline, cores: int) -> list[tuple[_Job, Simulation]]:
+    """Make runs in the compiled loop, give them to their scenes, and return those that were done.
 
-    Return those that were done, with the time reached. What diverges or takes long is left out: the
-    run by itself does the rest.
+    What diverges or takes long is left out: the run by itself does the rest.
     """
     kinds = defaultdict[Any, list[_Job]](list)
     for job in jobs:
@@ -342,7 +344,9 @@ def _march(jobs: Sequence[_Job], deadline: Deadline, cores: int) -> list[tuple[_
     return [run for alike in kinds.values() for run in _march_alike(alike, deadline, cores)]
 
 
-def _march_alike(alike: Sequence[_Job], deadline: Deadline, cores: int) -> list[tuple[_Job, float]]:
+def _march_alike(
+    alike: Sequence[_Job], deadline: Deadline, cores: int
+) -> list[tuple[_Job, Simulation]]:
     """Make runs of one kind, as ``_march``."""
     from hertzchain.engines.native import elastic, elastic_chain
     from hertzchain.observables.observer import PULSE, watch_of
@@ -382,10 +386,9 @@ def _march_alike(alike: Sequence[_Job], deadline: Deadline, cores: int) -> list[
         outcome = elastic_chain.Outcome(*map(int, values[:4]), *values[4:])
         of_pulses = FirstPulses.of(pulses[n], static[n])
         peaks = Peaks(force[n], time[n], time[n] < outcome.end, of_pulses)
-        job.prepared.runs[key_of(job.rows, job.walker)] = Simulation.of(
-            outcome, motion[n, 0], motion[n, 1], peaks
-        )
-        done.append((job, outcome.end))
+        run = Simulation.of(outcome, motion[n, 0], motion[n, 1], peaks)
+        job.prepared.runs[key_of(job.rows, job.walker)] = run
+        done.append((job, run))
     return done
 
 
