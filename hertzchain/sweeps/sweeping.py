@@ -14,7 +14,7 @@ from contextlib import closing, nullcontext
 from dataclasses import dataclass, fields, replace
 from importlib.metadata import version
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, TypedDict, Unpack
 
 from hertzchain.errors import OutputError, did_you_mean, require
 from hertzchain.files import make_folder, write_text, write_with
@@ -334,18 +334,24 @@ class Counts:
     doubtful: int = 0
 
 
+class Sampling(TypedDict, total=False):
+    """Keywords of points that are drawn; see ``hertzchain.sweeps.design``."""
+
+    samples: int | None
+    seed: int
+
+
 def sweep(
     scene: SceneLike,
     vary: Annotated[Mapping[str, str | Iterable[Value]] | pandas.DataFrame, design],
     *,
-    samples: Annotated[int | None, design] = None,
-    seed: Annotated[int, design] = 0,
     backends: Annotated[str | Iterable[str | Backend], _backends] = ("native",),
     rtol: float = RTOL,
     peaks: bool = False,
     output: Path | str | None = None,
     scheduler: str | None = None,
     progress: Callable[[int, int], object] | bool | None = None,
+    **drawn: Unpack[Sampling],
 ) -> Sweep:
     """Measure scenes that differ in some parameters.
 
@@ -353,7 +359,7 @@ def sweep(
     ----------
     scene
         The scene that all others are derived from, or the path of its file.
-    vary, samples, seed
+    vary
         Parameters that vary and their values, or a table with a row for each scene; see
         ``hertzchain.sweeps.design``.
     backends
@@ -372,6 +378,8 @@ def sweep(
     progress
         True to show how many rows are done in the terminal, or a function that is called after each
         part with the number of rows done and of all rows.
+    drawn
+        ``samples`` and ``seed`` of points drawn from ranges, as for ``design``.
 
     Returns
     -------
@@ -390,7 +398,7 @@ def sweep(
     RunFailed
         If the scheduler cannot be reached, or its workers are lost.
     """
-    layout = design(scene, vary, samples, seed)
+    layout = design(scene, vary, **drawn)
     chosen = _backends(backends, rtol)
     manifest: dict[str, Any] = {
         "hertzchain": version("hertzchain"),

@@ -16,7 +16,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from contextvars import copy_context
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, replace
 from numbers import Integral
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -192,14 +192,11 @@ def peak_forces(
     wanted = wanted or min(map(usually_wanted, given), key=WANTED.index)
     if wanted == "first" or not all(scene.is_plain for scene in given):
         return _one_by_one(given, rtol, time_limit, wanted)
-    calibrated = np.array([plans.is_calibrated(scene) for scene in given])
     pulses = [(scene.pulse, scene.momentum_ratio) for scene in given]
     numbers = [(pulse.profile, ratio, pulse.duration_ratio) if pulse else ("", 1.0, 2.0)
                for pulse, ratio in pulses]  # fmt: skip
     profiles, ratio, n = map(np.array, zip(*numbers, strict=True))
-    batch = plain_peaks(
-        profiles, ratio, n, lengths[0], rtol, time_limit, None, calibrated, given.__getitem__
-    )
+    batch = plain_peaks(profiles, ratio, n, lengths[0], rtol, time_limit, scenes=given)
     force, time = (np.array([[getattr(scene.units, name)] for scene in given])
                    for name in ("force", "time"))  # fmt: skip
     peak_force = batch.peak_force * force
@@ -211,17 +208,17 @@ def peak_forces(
 
 def _one_by_one(scenes: Sequence[Scene], rtol: float, time_limit: float, wanted: str) -> Batch:
     """Return the peaks of scenes whose results are made one by one."""
-    native = Native(rtol=rtol, wanted=wanted)
-    results = list(run_each(scenes, native, Deadline(time_limit)))
-    first, names = (
-        [result.first_columns for result in results],
-        [each.name for each in fields(Batch)],
+    results = list(run_each(scenes, Native(rtol=rtol, wanted=wanted), Deadline(time_limit)))
+    of_first = [result.first_columns for result in results]
+    return Batch(
+        np.array([result.peak_force for result in results]),
+        np.array([result.peak_time for result in results]),
+        np.array([result.error_estimate for result in results]),
+        np.array([result.peak_passed for result in results]),
+        np.array([result.force_evaluations for result in results]),
+        {name: np.array([columns[name] for columns in of_first]) for name in of_first[0]},
+        scenes[0].contacts[0],
     )
-    numbers: dict[str, Any] = {
-        name: np.array([getattr(result, name) for result in results]) for name in names[:5]
-    }
-    of_first = {name: np.array([columns[name] for columns in first]) for name in first[0]}
-    return Batch(**numbers, first_columns=of_first, first_contact=scenes[0].contacts[0])
 
 
 def run_each(scenes: Iterable[Scene], native: Native, deadline: Deadline) -> Iterator[Result]:
@@ -451,51 +448,52 @@ def similar_peak_forces(
 
 def plain_peaks(
     profiles: NDArray[Any], ratio: FloatArray, n: FloatArray, granules: int, rtol: float,
-    time_limit: float, cores: int | None = None, calibrated: NDArray[np.bool_] | None = None,
-    scene_of: Callable[[int], Scene] | None = None,
+    time_limit: float, cores: int | None = None, scenes: Sequence[Scene] = (),
 ) -> Batch:  # fmt: skip
     """Return the peaks of plain scenes in natural units: as ``similar_peak_forces``, unchecked.
 
-    Scenes whose largest error is known (``calibrated``) run once. The others, ``scene_of`` their
-    numbers, run as single scenes do, with an estimate of the error.
+    Scenes whose largest error is known run once. The others run as single scenes do, with an
+    estimate of the error; they are made from their numbers unless ``scenes`` are given.
     """
     import hertzchain.engines.native.elastic  # noqa: F401 - loaded before any clock starts
     from hertzchain.observables.preparation import Watched
 
     plans.check(rtol)
     check_time_limit(time_limit)
-    if calibrated is None:
-        calibrated = plans.is_known(ratio, n, granules)
+    calibrated = plans.is_known(ratio, n, granules)
+    if scenes:
+        calibrated = np.array([plans.is_calibrated(scene) for scene in scenes])
     chain, cores = Chain(granules, **_ANY), cores or usable_cores()
 
-    def similar(k: int) -> Scene:
-        shock = Pulse(
-            profile_named(profiles[k]), _WEAK, float(n[k]), momentum_ratio=float(ratio[k])
-        )
-        return Scene(chain, shock)
+    def scene_of(k: int) -> Scene:
+        if scenes:
+            return scenes[k]
+        profile = profile_named(profiles[k])
+        return Scene(chain, Pulse(profile, _WEAK, float(n[k]), momentum_ratio=float(ratio[k])))
 
     with Watched() as preparation:
         deadline = Deadline(time_limit, lambda: preparation.time)
-        scenes, indices = calibrated.size, np.flatnonzero(calibrated)
-        refuse_memory(8.0 * 3 * scenes * granules)
-        force, time = np.zeros((scenes, granules - 1)), np.full((scenes, granules - 1), np.nan)
-        error, evaluations = np.ones(scenes), np.zeros(scenes, np.int64)
+        shape, indices = (ratio.size, granules - 1), np.flatnonzero(calibrated)
+        refuse_memory(8.0 * 3 * ratio.size * granules)
+        force, time = np.zeros(shape), np.full(shape, np.nan)
+        error, evaluations = np.ones(ratio.size), np.zeros(ratio.size, np.int64)
         passed = np.zeros(force.shape, np.bool_)
         if indices.size:
             plan = plans.cheapest(rtol, checked=False)
             rows = _pulse_rows(profiles[indices], ratio[indices], n[indices], granules, plan)
-            march = rows, plan.walker, granules, deadline, cores
-            force[indices], time[indices], end, taken = _march_all(*march)
+            runs = _march_all(rows, plan.walker, granules, deadline, cores)
+            force[indices], time[indices] = runs.force, runs.time
             # A motion that diverged has no meaningful number of evaluations.
-            evaluations[indices] = np.nan_to_num(taken)
-            error[indices] = np.where(np.isnan(taken), np.inf, plan.least(taken))
-            passed[indices] = time[indices] < end[:, None]
+            evaluations[indices] = np.nan_to_num(runs.evaluations)
+            lost = np.isnan(runs.evaluations)
+            error[indices] = np.where(lost, np.inf, plan.least(runs.evaluations))
+            passed[indices] = runs.time < runs.end[:, None]
         native = Native(rtol=rtol, peaks_only=True, wanted="all")
 
         def march_one(k: int) -> None:
             if deadline.left <= 0:
                 raise deadline.passed()
-            single = native.accurate_enough((scene_of or similar)(k), None, deadline, rtol)
+            single = native.accurate_enough(scene_of(k), None, deadline, rtol)
             run, errors = single.simulation, single.errors
             force[k], time[k], passed[k] = run.peaks.force, run.peaks.time, run.peaks.passed
             error[k], evaluations[k] = errors.largest, run.evaluations
@@ -525,31 +523,41 @@ def _pulse_rows(
     return rows
 
 
+class _Runs(NamedTuple):
+    """Runs of pulses: of contacts, shape (scenes, contacts); of runs, NaN if diverged, (scenes,).
+
+    All are in natural units.
+    """
+
+    force: FloatArray
+    time: FloatArray
+    end: FloatArray
+    evaluations: FloatArray
+
+
 def _march_all(
     rows: FloatArray, walker: Walker, granules: int, deadline: Deadline, cores: int
-) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Return peak forces and times, (scenes, contacts); time reached and evaluations, (scenes,).
+) -> _Runs:
+    """Run scenes of one pulse each; ``rows`` has the legs for the kernels, (scenes, legs, 8).
 
-    ``rows`` has the legs of one pulse each in the form of the kernels, shape (scenes, legs, 8).
     Raises TooExpensive after the deadline.
     """
     from hertzchain.engines.native import elastic, elastic_chain
 
-    scenes = len(rows)
-    force, time = np.zeros((scenes, granules - 1)), np.full((scenes, granules - 1), np.nan)
-    outputs = force, time, np.zeros(scenes), np.zeros(scenes)
+    shape = len(rows), granules - 1
+    runs = _Runs(np.zeros(shape), np.full(shape, np.nan), *np.zeros((2, len(rows))))
     steps = steps_of(rows[0], walker)
     at_rest, nothing = np.zeros((0, 0)), room_for()
 
     def part(some: slice, control: FloatArray) -> None:
         state, blank = (elastic_chain.at_the_start(granules) for _ in range(2))
         elastic.march_each(
-            rows[some], steps, state, blank, granules, at_rest, MOVING, force[some], time[some],
-            nothing, outputs[2][some], outputs[3][some], control,
+            rows[some], steps, state, blank, granules, at_rest, MOVING, runs.force[some],
+            runs.time[some], nothing, runs.end[some], runs.evaluations[some], control,
         )  # fmt: skip
 
-    _in_parts(part, scenes, deadline, cores)
-    return outputs
+    _in_parts(part, len(rows), deadline, cores)
+    return runs
 
 
 def _parts(scenes: int, cores: int) -> list[slice]:
