@@ -114,13 +114,14 @@ def batch_columns(batch: Batch, radius: FloatArray, *units: FloatArray) -> dict[
     }
 
 
-def _columns_of(result: Result) -> dict[str, Any]:
-    """Return the columns of a result, and lists of its peaks, by name."""
+def _lists_of(result: Result) -> dict[str, Any]:
+    """Return the columns of peaks of a result: lists of all contacts, by name."""
     never = np.full(result.contact.size, np.nan)
     lists = {**dict.fromkeys(FIRST, never), **result.first_columns}
     lists |= {"peak_force_N": result.peak_force, "peak_time_s": result.peak_time}
-    cut = {name: np.where(result.is_cut_off, np.nan, values) for name, values in lists.items()}
-    return {**numbers_of(result), "contact": result.contact, **cut}
+    lost = result.is_cut_off
+    cut = {name: np.where(lost, np.nan, values) for name, values in lists.items()}
+    return {"contact": result.contact, **cut}
 
 
 def long_table(frame: pandas.DataFrame) -> pandas.DataFrame:
@@ -276,7 +277,8 @@ def measure(
         elif isinstance(result, HertzchainError):
             cells[row] = {"failure": str(result)}
         else:
-            cells[row], versions = _columns_of(result), result.versions
+            cells[row], versions = numbers_of(result), result.versions
+            cells[row] |= _lists_of(result) if peaks else {}
     tables.append(pandas.DataFrame.from_dict(cells, "index"))
     table = _joined(tables, design.columns, numbers.size, peaks).assign(**others)
     table = table[[*dict.fromkeys([*(column.name for column in design.columns), *table])]]
