@@ -34,7 +34,7 @@ from hertzchain.observables.wave import solitary_waves, transitions
 from hertzchain.scene.chain import MOMENTUM_IN_NATURAL_UNITS, granule_mass, length_and_time
 from hertzchain.scene.scene import IMPOSSIBLE_OVERLAP
 from hertzchain.scene.schedule import watched_time
-from hertzchain.sweeps.columns import COUNTS, FIRST, Column, is_result, numbers_of, peak_columns
+from hertzchain.sweeps.columns import FIRST, Column, is_result, numbers_of, peak_columns
 from hertzchain.sweeps.design import Design
 
 if TYPE_CHECKING:
@@ -244,7 +244,7 @@ def measure(
     numbers, name = np.arange(part.start, part.stop), NAMES[type(part.backend)]
     given = design.parameters(numbers)
     others = {"scene": numbers, "backend": np.full(numbers.size, name), **given}
-    tables = [pandas.DataFrame(columns=["failure"])]
+    tables: list[pandas.DataFrame] = []
     if design.are_plain:
         similar = natural(given)
         others["shock.momentum_ratio"] = similar.momentum_ratio
@@ -297,16 +297,16 @@ def _joined(
 
     kinds = {column.name: column.kind for column in columns if is_result(column.name)}
     lists = peak_columns(columns)[2:] if peaks else ()
-    names = [*kinds, "failure", *lists]
-    alike = [table.reindex(columns=names).astype(object) for table in tables]
-    table = pandas.concat(alike).reindex(range(rows))
-    for name in kinds:
-        table[name] = table[name].astype(float)
-        if name in COUNTS:
-            table[name] = table[name].where(table[name] != 0).astype("Int64")
-    for name in lists:
-        table[name] = table[name].where(table[name].notna(), None)
-    return table.astype({"failure": "string"})
+    cells = {name: np.full(rows, None, object) for name in (*kinds, "failure", *lists)}
+    for table in tables:
+        for name in table.columns.intersection([*cells]):
+            cells[name][table.index] = table[name].to_numpy(object)
+    joined: dict[str, Any] = {**cells, "failure": pandas.array(cells["failure"], dtype="string")}
+    for name, kind in kinds.items():
+        joined[name] = numbers = cells[name].astype(float)
+        if kind == "int":
+            joined[name] = pandas.array(np.where(numbers == 0, np.nan, numbers), "Int64")
+    return pandas.DataFrame(joined)
 
 
 def _batches(
