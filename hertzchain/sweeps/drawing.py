@@ -104,8 +104,10 @@ def draw(
     else:
         x, y = (full_name(name, columns, varied) for name in (x, y))
     colour = None if colour is None else full_name(colour, columns, varied)
-    for name in (x, y, *["failure"] * (colour == "failure")):
-        require(name not in TEXT, name, None, "must be a column of numbers, or text as --colour")
+    for name in (x, y):
+        allowed = "is text: --x and --y must be columns of numbers, text is for --colour"
+        require(name not in TEXT, name, None, allowed)
+    require(colour != "failure", "failure", None, "is a sentence and cannot be a colour")
     require(len({x, y, colour}) == 3, x if x in (y, colour) else y, None, "given twice")
     peaks = sweep.peaks_to_frame() if is_along else None
     chart, remarks = _selected(sweep, (x, y, colour), fixed, peaks)
