@@ -8,9 +8,10 @@ import time
 import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -41,16 +42,86 @@ Source = StrEnum("Source", {name.upper(): name for name in _SWEEP_ENGINES})  # t
 """Backends that measure the scenes of a sweep."""
 
 
+@dataclass(frozen=True)
+class ScenesOptions:
+    """Options that say which scenes a sweep has."""
+
+    vary: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="NAME=VALUES",
+            help="A parameter, as the scene file names it (segments by their numbers:"
+            " chain.segments.1.radius), and its values; repeatable. A,B,C: a list; LOW:HIGH:COUNT:"
+            " a grid; LOW:HIGH: drawn, see --samples; :log behind a range: by logarithms. With"
+            " units: chain.radius='1 mm:10 mm:5'. All are crossed.",
+        ),
+    ] = None
+    samples: Annotated[
+        int | None,
+        typer.Option(
+            help="How many points to draw (scrambled Sobol sequence) from all ranges without a"
+            " count together.",
+        ),
+    ] = None
+    seed: Annotated[int, typer.Option(help="Seed of the points that are drawn.")] = 0
+    table: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="Instead of --vary: a table (.csv, .parquet) with one row for each scene, whose"
+            " columns are keys, also with a unit: chain.radius [mm]. Empty cells have the value of"
+            " the scene. A .csv may have semicolons and decimal commas.",
+        ),
+    ] = None
+
+    @property
+    def varied(self) -> Any:
+        """What varies: values by names, or a table."""
+        if (self.table is None) == (not self.vary):
+            raise HertzchainError("--vary or --table: name what varies by one of the two")
+        if self.table is not None:
+            return _read_table(self.table)
+        return by_name("--vary", self.vary or [], "shock.momentum_ratio=0.1:10:50:log")
+
+
+@dataclass(frozen=True)
+class MeasuringOptions:
+    """Options that say how the scenes of a sweep are measured."""
+
+    backend: Annotated[
+        list[Source] | None,
+        typer.Option(help="Backend that measures each scene; repeatable. Default: native."),
+    ] = None
+    rtol: Annotated[float, typer.Option(help="Wanted relative accuracy of the peaks.")] = RTOL
+    peaks: Annotated[bool, typer.Option("--peaks", help="Keep the peaks of all contacts, too.")] = (
+        False
+    )
+    scheduler: Annotated[
+        str | None,
+        typer.Option(
+            metavar="ADDRESS",
+            help="Measure on the workers of this Dask scheduler, not on this machine.",
+        ),
+    ] = None
+    time_limit: options.TimeLimit = "1 h"
+
+    @property
+    def backends(self) -> list[Any]:
+        """The backends that are named."""
+        from hertzchain.engines.lammps.backend import Lammps
+        from hertzchain.engines.native.backend import Native
+
+        common: Any = {"rtol": self.rtol, "time_limit": options.to_time_limit(self.time_limit)}
+        # An accuracy that no simulation has is refused, whichever backend is named.
+        lammps = Lammps(lmp=options.named_binary(None), **common)
+        named = self.backend or [Source("native")]
+        return [lammps if name == "lammps" else Native(**common) for name in named]
+
+
 def sweep(
     scene: options.SceneFile,
-    vary: list[str] | None = typer.Option(
-        None,
-        metavar="NAME=VALUES",
-        help="A parameter, as the scene file names it (segments by their numbers:"
-        " chain.segments.1.radius), and its values; repeatable."
-        " A,B,C: a list; LOW:HIGH:COUNT: a grid; LOW:HIGH: drawn, see --samples; :log behind a"
-        " range: by logarithms. With units: chain.radius='1 mm:10 mm:5'. All are crossed.",
-    ),
+    scenes: ScenesOptions,
+    measuring: MeasuringOptions,
     output: Path = typer.Option(
         ...,
         "-o",
@@ -58,31 +129,6 @@ def sweep(
         metavar="OUT",
         help="Folder for the tables; an existing folder of the same sweep is resumed.",
     ),
-    samples: int | None = typer.Option(
-        None,
-        help="How many points to draw (scrambled Sobol sequence) from all ranges without a"
-        " count together.",
-    ),
-    seed: int = typer.Option(0, help="Seed of the points that are drawn."),
-    table: Path | None = typer.Option(
-        None,
-        metavar="FILE",
-        help="Instead of --vary: a table (.csv, .parquet) with one row for each scene, whose"
-        " columns are keys, also with a unit: chain.radius [mm]. Empty cells have the value of the"
-        " scene. A .csv may have semicolons and decimal commas.",
-    ),
-    backend: list[Source] | None = typer.Option(
-        None,
-        help="Backend that measures each scene; repeatable. Default: native.",
-    ),
-    rtol: float = typer.Option(RTOL, help="Wanted relative accuracy of the peaks."),
-    peaks: bool = typer.Option(False, "--peaks", help="Keep the peaks of all contacts, too."),
-    scheduler: str | None = typer.Option(
-        None,
-        metavar="ADDRESS",
-        help="Measure on the workers of this Dask scheduler, not on this machine.",
-    ),
-    time_limit: options.TimeLimit = "1 h",
     as_json: options.AsJson = False,
 ) -> None:
     """Measure many scenes: a table with a row for each.
@@ -93,38 +139,26 @@ def sweep(
     A sweep that was stopped or killed continues when it is started again. A scene that fails is a
     row with the reason.
     """
-    from hertzchain.engines.lammps.backend import Lammps
-    from hertzchain.engines.native.backend import Native
     from hertzchain.sweeps.sweeping import sweep as measure
 
     if output.suffix.lower() in (".csv", ".parquet"):
         raise HertzchainError(
             f"-o {output}: is to be a folder, of tables that pandas.read_parquet reads"
         )
-    limit = options.to_time_limit(time_limit)
-    wanted = backend or [Source("native")]
-    common: Any = {"rtol": rtol, "time_limit": limit}
-    # An accuracy that no simulation has is refused before the scene is read.
-    lammps = Lammps(lmp=options.named_binary(None), **common)
-    loaded = options.load_scene(scene)
-    if (table is None) == (not vary):
-        raise HertzchainError("--vary or --table: name what varies by one of the two")
-    varied: Any = options.by_name("--vary", vary or [], "shock.momentum_ratio=0.1:10:50:log")
-    if table is not None:
-        varied = _read_table(table)
+    backends, loaded = measuring.backends, options.load_scene(scene)
+    varied, begin = scenes.varied, time.perf_counter()
     options.remark_on_units_of(varied, loaded)
-    backends = [lammps if name == "lammps" else Native(**common) for name in wanted]
-    begin = time.perf_counter()
-    with _going_on(output), _counting("native" in wanted) as report_progress:
+    is_native = any(backend.name == "native" for backend in backends)
+    with _going_on(output), _counting(is_native) as report_progress:
         swept = measure(
             loaded,
             varied,
-            samples=samples,
-            seed=seed,
+            samples=scenes.samples,
+            seed=scenes.seed,
             backends=backends,
-            peaks=peaks,
+            peaks=measuring.peaks,
             output=output,
-            scheduler=scheduler,
+            scheduler=measuring.scheduler,
             progress=report_progress,
         )
     counts = swept.count()
@@ -144,7 +178,7 @@ def sweep(
     else:
         how = f'for pandas: read_parquet("{output / "scenes"}")'
         typer.echo(f"{counts.done:,} rows in {output}, {how}")
-    _warn(counts, rtol)
+    _warn(counts, measuring.rtol)
     raise typer.Exit(OUT_OF_TOLERANCE if counts.failed or counts.missed else DONE)
 
 
@@ -195,29 +229,21 @@ def _going_on(output: Path) -> Iterator[None]:
 
 def _warn(counts: Counts, rtol: float) -> None:
     """Report rows without numbers, and rows less accurate than was asked for."""
-    if counts.failed:
-        say(
-            f"{counts.failed:,} of {counts.done:,} rows have no numbers, the column"
-            f" failure says why; the first: {counts.reason}"
-        )
-    if counts.missed:
-        say(
-            f"wanted {rtol:g}, and {counts.missed:,} of {counts.done:,} rows are less"
-            f" accurate: see the column {counts.error}"
-        )
-    if counts.cut_off:
-        say(
-            f"in {counts.cut_off:,} of {counts.done:,} rows the run may have ended"
-            " before the last peaks: see the column contacts_cut_off, and set end_time in [run]"
-        )
-    if counts.doubtful:
-        from hertzchain.scene.scene import DOUBTFUL_OVERLAP
+    from hertzchain.scene.scene import DOUBTFUL_OVERLAP
 
-        say(
-            f"in {counts.doubtful:,} of {counts.done:,} rows the largest overlap is above"
-            f" {DOUBTFUL_OVERLAP:g} radii, where Hertz's law is an extrapolation: see the column"
-            " overlap_ratio"
-        )
+    rows = f"of {counts.done:,} rows"
+    if counts.failed:
+        why = f"have no numbers, the column failure says why; the first: {counts.reason}"
+        say(f"{counts.failed:,} {rows} {why}")
+    if counts.missed:
+        where = f"are less accurate: see the column {counts.error}"
+        say(f"wanted {rtol:g}, and {counts.missed:,} {rows} {where}")
+    if counts.cut_off:
+        what = "the run may have ended before the last peaks: see the column contacts_cut_off"
+        say(f"in {counts.cut_off:,} {rows} {what}, and set end_time in [run]")
+    if counts.doubtful:
+        what = f"the largest overlap is above {DOUBTFUL_OVERLAP:g} radii, where Hertz's law is an"
+        say(f"in {counts.doubtful:,} {rows} {what} extrapolation: see the column overlap_ratio")
 
 
 @contextmanager

@@ -377,7 +377,7 @@ class Result(ShownRun):
             return ()
         return tuple(self.scene.contact_name(k) for k in self.contact[self.is_cut_off].tolist())
 
-    @property
+    @cached_property
     def is_cut_off(self) -> NDArray[np.bool_]:
         """Whether peaks may come after the end, or are only the force at the start, (contacts,)."""
         late, first = ~self.peak_passed, self.first_pulses

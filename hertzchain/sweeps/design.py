@@ -138,46 +138,32 @@ def axes_of_table(table: pandas.DataFrame, full: Callable[[str], str]) -> tuple[
     axes, problems = [], list[tuple[SceneError, str]]()
     for place, head in enumerate(table.columns):
         match = _WITH_UNIT.fullmatch(str(head))
-        name = full(match[1] if match else str(head).strip())
-        cells = table.iloc[:, place]
+        name, unit = full(match[1] if match else str(head).strip()), match[2] if match else ""
+        cells, values = table.iloc[:, place], dict[Any, Value]()
         try:
             distinct = cells.dropna().unique().tolist()
         except TypeError:  # lists and other things
             raise SceneError(name, None, "must have numbers or texts in its cells") from None
-        values, known = {}, len(problems)
-        for cell in distinct:
+        for cell in distinct if len(problems) < _FEW else ():
             try:
-                values[cell] = _cell(name, cell, match[2] if match else "")
+                values[cell] = _value(name, cell, unit)
             except SceneError as problem:
-                rows = 1 + np.flatnonzero((cells == cell).fillna(False).to_numpy(bool))
-                listed = f"{'rows' if rows.size > 1 else 'row'} {', '.join(map(str, rows[:_FEW]))}"
+                rows = (1 + np.flatnonzero((cells == cell).fillna(False).to_numpy(bool))).astype(
+                    str
+                )
                 more = f" and {rows.size - _FEW} more" if rows.size > _FEW else ""
-                problems.append((problem, f"{listed}{more}"))
-                if len(problems) > known + _FEW:
-                    break
+                listed = f"row{'s'[: rows.size - 1]} {', '.join(rows[:_FEW])}{more}"
+                problems.append((problem, listed))
         empty, kind = ("", str) if _key(name).kind == "str" else (np.nan, float)
         if not problems:
             column = cells.map(values).astype(object).where(cells.notna(), empty)
             axes.append(Axis(name, column.to_numpy().astype(kind), "column"))
     if problems:
-        (first, rows_of_first), *others = problems
-        also = [f"; {problem} ({rows})" for problem, rows in others[: _FEW - 1]]
-        also += ["; and others"] * (len(others) >= _FEW)
-        allowed = f"{first.allowed} ({rows_of_first} of the table){''.join(also)}"
+        (first, rows_of_first), *others = problems[:_FEW]
+        also = "".join(f"; {problem} ({rows})" for problem, rows in others)
+        allowed = f"{first.allowed} ({rows_of_first} of the table){also}"
         raise SceneError(first.key, first.value, allowed)
     return tuple(axes)
-
-
-def _cell(name: str, cell: Any, unit: str) -> Value:
-    """Return the value of a cell in a column with a unit, if that is not ""."""
-    if not unit:
-        return _value(name, cell)
-    try:
-        number = float(cell)
-    except (TypeError, ValueError):
-        allowed = f"must be a number without a unit: the unit of its column is {unit}"
-        raise SceneError(name, cell, allowed) from None
-    return _value(name, f"{number!r} {unit}")
 
 
 def axis_of(name: str, given: str | Iterable[Value]) -> Axis:
@@ -227,8 +213,8 @@ def is_whole(value: object, least: int) -> bool:
     return isinstance(value, Integral) and not isinstance(value, bool) and int(value) >= least
 
 
-def _value(name: str, given: Any) -> Value:
-    """Return one value, in SI; a SceneError for one that its key does not allow."""
+def _value(name: str, given: Any, unit: str = "") -> Value:
+    """Return one value, in SI, of a column with a unit if it is not ""."""
     key = _key(name)
     plain = given.item() if isinstance(given, np.generic) else given
     plain = plain.strip() if isinstance(plain, str) else plain
@@ -236,6 +222,12 @@ def _value(name: str, given: Any) -> Value:
         require(isinstance(plain, str), name, given, f"must be the name of a {key.label}")
         key.check(name, plain)
         return str(plain)
+    if unit:
+        try:
+            plain = f"{float(plain)!r} {unit}"
+        except (TypeError, ValueError):
+            allowed = f"must be a number without a unit: the unit of its column is {unit}"
+            raise SceneError(name, given, allowed) from None
     value: Value = to_si(name, plain, key.unit)
     if key.kind == "int":
         require(float(value).is_integer(), name, given, "must be a whole number")
@@ -355,22 +347,17 @@ class Design:
         return columns_of(sections_of(self.base), self.names)
 
     @property
-    def grid(self) -> tuple[Axis, ...]:
-        """The axes that are crossed."""
-        return tuple(axis for axis in self.axes if axis.count is not None)
-
-    @property
     def sampled(self) -> tuple[Axis, ...]:
         """The axes that are sampled."""
         return tuple(axis for axis in self.axes if axis.is_sampled)
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """Values of each axis that is crossed, then the number of samples."""
+        """Values of each axis that is crossed, then the number of samples; or rows of a table."""
         if self.axes[0].form == "column":
             return (len(self.axes[0].values),)
-        counts = [axis.count or 0 for axis in self.grid]
-        return (*counts, self.samples) if self.samples is not None else tuple(counts)
+        counts = [axis.count for axis in self.axes if axis.count is not None]
+        return (*counts, *([] if self.samples is None else [self.samples]))
 
     @property
     def scenes(self) -> int:
@@ -383,7 +370,8 @@ class Design:
         base = base_values(self.base, {*names, *self.names})
         parameters = {name: np.full(scenes.size, value) for name, value in base.items()}
         numbers = np.unravel_index(scenes, self.shape)
-        for axis, number in zip(self.grid, numbers, strict=False):
+        crossed = (axis for axis in self.axes if axis.count is not None)
+        for axis, number in zip(crossed, numbers, strict=False):
             parameters[axis.name] = axis.at(number.astype(np.int64))
         if self.sampled:
             points = sobol_points(len(self.sampled), self.seed, numbers[-1].astype(np.int64))
@@ -400,12 +388,7 @@ class Design:
         for name, other in OTHER_MEASURE.items():
             if name in given:
                 parameters[other] = np.where(given[name], np.nan, parameters[other])
-        return self._of_file(parameters)
-
-    def _of_file(self, parameters: dict[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
-        """Return parameters as in scene files: granules of all segments, materials of walls."""
-        segments = (self.base.chain.section or {}).get("segments", [])
-        if segments:
+        if segments := (self.base.chain.section or {}).get("segments", []):
             counts = [
                 parameters.get(f"chain.segments.{number}.granules", segment["granules"])
                 for number, segment in enumerate(segments, start=1)

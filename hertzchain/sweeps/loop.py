@@ -26,6 +26,7 @@ from hertzchain.contact import hertz
 from hertzchain.engines.lammps.backend import Lammps
 from hertzchain.engines.lammps.engine import Child
 from hertzchain.engines.native.backend import Native
+from hertzchain.engines.native.backend import versions as native_versions
 from hertzchain.errors import BackendMissing, HertzchainError, RunFailed, TooExpensive
 from hertzchain.limits import RTOL, Deadline, usable_cores
 from hertzchain.observables.peaks import times_of_peaks
@@ -33,7 +34,7 @@ from hertzchain.observables.wave import solitary_waves, transitions
 from hertzchain.scene.chain import MOMENTUM_IN_NATURAL_UNITS, granule_mass, length_and_time
 from hertzchain.scene.scene import IMPOSSIBLE_OVERLAP
 from hertzchain.scene.schedule import watched_time
-from hertzchain.sweeps.columns import COUNTS, Column, is_result, numbers_of, peak_columns
+from hertzchain.sweeps.columns import FIRST, Column, is_result, numbers_of, peak_columns
 from hertzchain.sweeps.design import Design
 
 if TYPE_CHECKING:
@@ -80,94 +81,54 @@ def natural(given: Mapping[str, NDArray[Any]]) -> Natural:
     return Natural(length, time, ratio, rise, duration, is_moderate)
 
 
-class Rows:
-    """Results of scenes while they are filled in, shape (rows,) each; NaN and None: not yet."""
+def batch_columns(batch: Batch, radius: FloatArray, *units: FloatArray) -> dict[str, Any]:
+    """Return columns of results of a batch of similar scenes, and lists of peaks, by name.
 
-    def __init__(self, size: int, columns: Sequence[Column], peaks: bool) -> None:
-        names = [column.name for column in columns if is_result(column.name)]
-        self.numbers: dict[str, FloatArray] = {name: np.full(size, np.nan) for name in names}
-        self.failure: NDArray[Any] = np.full(size, None, object)
-        names = [*peak_columns(columns)[2:]] if peaks else []
-        self.peaks = {name: np.full(size, None, object) for name in names}
-        self.versions: Mapping[str, str] = {}
+    ``units`` are the natural units of force, length and time in SI, shape (scenes,).
+    """
+    force, length, time = units
+    peak_force, passed = batch.peak_force * force[:, None], batch.peak_passed
+    peak_time = times_of_peaks(peak_force, batch.peak_time * time[:, None])
+    p = transitions(batch.peak_force, passed)
+    slowness = time * np.power(force, 1 / 6)
+    near, far, speed, far_off, speed_off = solitary_waves(
+        peak_force, peak_time, passed, p, 2 * radius, slowness
+    )
+    at = np.argmax(peak_force, axis=1)
+    largest = peak_force[np.arange(at.size), at]
+    return {
+        "transition_granules": p,
+        "solitary_wave_force_N": near,
+        "far_field_force_N": far,
+        "far_field_error": far_off,
+        "speed_m_s": speed,
+        "speed_error": speed_off,
+        "largest_peak_force_N": largest,
+        "largest_peak_contact": at + 2,
+        "overlap_ratio": np.power(largest / force, 2 / 3) * length / radius,
+        "error_estimate": batch.error_estimate,
+        "force_evaluations": batch.force_evaluations,
+        "contact": [*np.tile(2 + np.arange(passed.shape[1]), (at.size, 1))],
+        "peak_force_N": [*peak_force],
+        "peak_time_s": [*peak_time],
+    }
 
-    def fill(self, row: int, result: Result) -> None:
-        """Fill in a simulation of a scene."""
-        self.versions = result.versions
-        for name, number in numbers_of(result).items():
-            if number is not None and name in self.numbers:
-                self.numbers[name][row] = number
-        columns = {**result.first_columns, "contact": result.contact}
-        columns |= {"peak_force_N": result.peak_force, "peak_time_s": result.peak_time}
-        for name, cells in self.peaks.items():
-            values = columns.get(name, np.full(result.contact.size, np.nan))
-            is_lost = result.is_cut_off & (name != "contact")
-            cells[row] = np.where(is_lost, np.nan, values) if is_lost.any() else values
 
-    def add_batch(
-        self, rows: NDArray[np.intp], batch: Batch, radius: FloatArray, *units: FloatArray
-    ) -> NDArray[np.bool_]:
-        """Fill in a batch of similar scenes, whose natural units are in [N], [m] and [s].
-
-        Returns which are not filled in: their peaks are unsure or an overlap is impossible.
-        """
-        force, length, time = units
-        peak_force, passed = batch.peak_force * force[:, None], batch.peak_passed
-        peak_time = times_of_peaks(peak_force, batch.peak_time * time[:, None])
-        p = transitions(batch.peak_force, passed)
-        slowness = time * np.power(force, 1 / 6)
-        near, far, speed, far_off, speed_off = solitary_waves(
-            peak_force, peak_time, passed, p, 2 * radius, slowness
-        )
-        at = np.argmax(peak_force, axis=1)
-        largest = peak_force[np.arange(at.size), at]
-        overlap_ratio = np.power(largest / force, 2 / 3) * length / radius
-        numbers = {
-            "transition_granules": p,
-            "solitary_wave_force_N": near,
-            "far_field_force_N": far,
-            "far_field_error": far_off,
-            "speed_m_s": speed,
-            "speed_error": speed_off,
-            "largest_peak_force_N": largest,
-            "largest_peak_contact": at + 2,
-            "overlap_ratio": overlap_ratio,
-            "error_estimate": batch.error_estimate,
-            "force_evaluations": batch.force_evaluations,
-        }
-        fits = (batch.error_estimate < 1) & (overlap_ratio <= IMPOSSIBLE_OVERLAP)
-        for name, values in numbers.items():
-            self.numbers[name][rows[fits]] = values[fits]
-        along = {"contact": np.tile(2 + np.arange(passed.shape[1]), (at.size, 1)),
-                 "peak_force_N": peak_force, "peak_time_s": peak_time}  # fmt: skip
-        for name, cells in self.peaks.items():
-            for k in np.flatnonzero(fits).tolist():
-                cells[rows[k]] = along[name][k]
-        return np.asarray(~fits)
-
-    def frame(self, others: Mapping[str, NDArray[Any]], names: Sequence[str]) -> pandas.DataFrame:
-        """Return these columns of results and ``others``, then those of peaks, lists in cells."""
-        import pandas
-
-        counts = {
-            name: pandas.array(np.where(values == 0, np.nan, values), "Int64")
-            for name, values in self.numbers.items()
-            if name in COUNTS
-        }
-        failure = pandas.array(self.failure, dtype="string")
-        columns = {**others, **self.numbers, **counts, "failure": failure}
-        return pandas.DataFrame({**{name: columns[name] for name in names}, **self.peaks})
+def _lists_of(result: Result) -> dict[str, Any]:
+    """Return the columns of peaks of a result: lists of all contacts, by name."""
+    never = np.full(result.contact.size, np.nan)
+    lists = {**dict.fromkeys(FIRST, never), **result.first_columns}
+    lists |= {"peak_force_N": result.peak_force, "peak_time_s": result.peak_time}
+    lost = result.is_cut_off
+    cut = {name: np.where(lost, np.nan, values) for name, values in lists.items()}
+    return {"contact": result.contact, **cut}
 
 
 def long_table(frame: pandas.DataFrame) -> pandas.DataFrame:
     """Return one row per contact of rows whose cells have lists of all contacts."""
     frame = frame[frame["contact"].notna()]
-    scenes, contacts = frame[["scene", "backend"]], frame.drop(columns=["scene", "backend"])
-    kinds: dict[str, Any] = {"contact": np.int64}
-    lists = {str(name): np.concatenate([np.zeros(0, kinds.get(str(name), float)), *cells])
-             for name, cells in contacts.items()}  # fmt: skip
-    long = scenes.loc[frame.index.repeat(frame["contact"].map(len))]
-    return long.reset_index(drop=True).assign(**lists)
+    kinds = {name: np.int64 if name == "contact" else float for name in frame.columns[2:]}
+    return frame.explode([*kinds], ignore_index=True).astype(kinds)
 
 
 Backend = Native | Lammps
@@ -196,9 +157,8 @@ _AHEAD = 3  # parts sent for each thread of a cluster: no thread waits, and memo
 
 _log = logging.getLogger(__name__)
 
-Report = Callable[[int], object]
 Tables = Generator[tuple["Part", "pandas.DataFrame"], None, None]
-Loop = Callable[[Design, Iterable["Part"], bool, Report], Tables]
+Loop = Callable[[Design, Iterable["Part"], bool], Tables]
 
 
 @dataclass(frozen=True)
@@ -270,65 +230,95 @@ def measure(
     peaks: bool,
     cores: int | None = None,
     child: Child | None = None,
-    report_progress: Report = lambda _: None,
+    is_over: Callable[[], bool] = lambda: False,
 ) -> pandas.DataFrame:
     """Measure the scenes of a part; a scene that fails has a row with the reason.
 
     The numbers are the same on every machine and in every call. The compiled batch uses all
-    ``cores`` by default, LAMMPS runs in ``child`` or a process for this part, and
-    ``report_progress`` is called with the number of further scenes done.
+    ``cores`` by default, LAMMPS runs in ``child`` or a process for this part, and no further scene
+    is run once work ``is_over``.
     """
+    import pandas
+
     begin = time.perf_counter()
     numbers, name = np.arange(part.start, part.stop), NAMES[type(part.backend)]
     given = design.parameters(numbers)
-    parameters, rows = dict(given), Rows(numbers.size, design.columns, peaks)
+    others = {"scene": numbers, "backend": np.full(numbers.size, name), **given}
+    tables: list[pandas.DataFrame] = []
     if design.are_plain:
         similar = natural(given)
-        parameters["shock.momentum_ratio"] = similar.momentum_ratio
-        parameters["shock.rise_time"] = similar.rise_time
-    alone = np.ones(numbers.size, np.bool_)
+        others["shock.momentum_ratio"] = similar.momentum_ratio
+        others["shock.rise_time"] = similar.rise_time
     if _is_batched(design, part.backend):
         assert isinstance(part.backend, Native)
-        alone = _batches(given, similar, rows, part.backend, cores or usable_cores())
-        report_progress(int(np.sum(~alone)))
+        tables += _batches(given, similar, part.backend, cores or usable_cores())
+    done = {row for table in tables for row in table.index}
+    cells: dict[int, dict[str, Any]] = {}
     scenes: dict[int, Scene] = {}
-    for row in np.flatnonzero(alone).tolist():
+    for row in (row for row in range(numbers.size) if row not in done):
         try:
-            scene = design.scene(given, row)
+            scenes[row] = scene = design.scene(given, row)
         except HertzchainError as problem:
-            rows.failure[row] = str(problem)
-            report_progress(1)
+            cells[row] = {"failure": str(problem)}
             continue
-        scenes[row] = scene
         if scene.shock.section == "shock" and not (design.are_plain and scene.pulse):
-            parameters["shock.momentum_ratio"][row] = scene.momentum_ratio
+            others["shock.momentum_ratio"][row] = scene.momentum_ratio
             if scene.rise_time is not None:
-                parameters["shock.rise_time"][row] = scene.rise_time
+                others["shock.rise_time"][row] = scene.rise_time
+    versions: Mapping[str, str] = native_versions() if done else {}
     results = _results(list(scenes.values()), part.backend, child, cores)
     for row, result in zip(scenes, results, strict=True):
         if isinstance(result, BackendMissing):
             raise result
+        if is_over():
+            raise CancelledError
         if isinstance(result, MemoryError):
-            rows.failure[row] = "there is not enough memory for this scene"
+            cells[row] = {"failure": "there is not enough memory for this scene"}
         elif isinstance(result, HertzchainError):
-            rows.failure[row] = str(result)
+            cells[row] = {"failure": str(result)}
         else:
-            rows.fill(row, result)
-        report_progress(1)
-    others = {"scene": numbers, "backend": np.full(numbers.size, name), **parameters}
-    table = rows.frame(others, [column.name for column in design.columns])
+            cells[row], versions = numbers_of(result), result.versions
+            cells[row] |= _lists_of(result) if peaks else {}
+    tables.append(pandas.DataFrame.from_dict(cells, "index"))
+    table = _joined(tables, design.columns, numbers.size, peaks).assign(**others)
+    table = table[[*dict.fromkeys([*(column.name for column in design.columns), *table])]]
     table.attrs["hertzchain"] = {
         "wall_time_s": time.perf_counter() - begin,
-        "versions": {"hertzchain": version("hertzchain"), **rows.versions},
+        "versions": {"hertzchain": version("hertzchain"), **versions},
     }
     return table
 
 
+def _joined(
+    tables: Sequence[pandas.DataFrame], columns: Sequence[Column], rows: int, peaks: bool
+) -> pandas.DataFrame:
+    """Return the columns of results, and those of peaks if wanted, with a type each."""
+    import pandas
+
+    kinds = {column.name: column.kind for column in columns if is_result(column.name)}
+    lists = peak_columns(columns)[2:] if peaks else ()
+    cells = {name: np.full(rows, None, object) for name in (*kinds, "failure", *lists)}
+    for table in tables:
+        for name in table.columns.intersection([*cells]):
+            cells[name][table.index] = table[name].to_numpy(object)
+    joined: dict[str, Any] = {**cells, "failure": pandas.array(cells["failure"], dtype="string")}
+    for name, kind in kinds.items():
+        joined[name] = numbers = cells[name].astype(float)
+        if kind == "int":
+            joined[name] = pandas.array(np.where(numbers == 0, np.nan, numbers), "Int64")
+    return pandas.DataFrame(joined)
+
+
 def _batches(
-    given: Mapping[str, NDArray[Any]], similar: Natural, rows: Rows, native: Native, cores: int
-) -> NDArray[np.bool_]:
-    """Measure scenes in the compiled batch, those of each length together; return those left."""
-    from hertzchain.engines.native import backend
+    given: Mapping[str, NDArray[Any]], similar: Natural, native: Native, cores: int
+) -> list[pandas.DataFrame]:
+    """Measure scenes in the compiled batch, those of each length together.
+
+    The index of the tables has the rows. Those are left out whose peaks are unsure, whose overlap
+    is impossible, or that take long.
+    """
+    import pandas
+
     from hertzchain.engines.native.batch import on_cores, plain_peaks
 
     rtol = RTOL if native.rtol is None else native.rtol
@@ -338,24 +328,21 @@ def _batches(
     # Many small batches keep all cores busy side by side, a few large ones each by itself.
     at_once = cores if len(alike) >= 2 * cores else 1
 
-    def batch(some: NDArray[np.intp]) -> Batch | None:
+    def batch(some: NDArray[np.intp]) -> pandas.DataFrame:
         names = "shock.profile", "shock.duration_ratio"
         profiles, n = (given[name][some] for name in names)
         ratio, limit = similar.momentum_ratio[some], min(native.time_limit * some.size, _YEAR)
         how = int(granules[some[0]]), rtol, limit, cores // at_once
         try:
-            return plain_peaks(profiles, ratio, n, *how)
+            batched = plain_peaks(profiles, ratio, n, *how)
         except TooExpensive:  # measured one by one, the failing scene gets the reason
-            return None
+            return pandas.DataFrame()
+        similarity = given["chain.radius"], given["shock.peak_force"], *similar[:2]
+        columns = batch_columns(batched, *(values[some] for values in similarity))
+        table = pandas.DataFrame(columns, index=some)
+        return table[(table["error_estimate"] < 1) & (table["overlap_ratio"] <= IMPOSSIBLE_OVERLAP)]
 
-    left = np.ones(fits.size, np.bool_)
-    rows.versions = backend.versions()
-    batches = map(batch, alike) if at_once == 1 else on_cores(batch, alike, at_once)
-    for some, batched in zip(alike, batches, strict=True):
-        if batched is not None:
-            similarity = given["chain.radius"], given["shock.peak_force"], *similar[:2]
-            left[some] = rows.add_batch(some, batched, *(values[some] for values in similarity))
-    return left
+    return list(map(batch, alike) if at_once == 1 else on_cores(batch, alike, at_once))
 
 
 def _results(
@@ -398,13 +385,7 @@ def _in_turn(
             yield at_work.pop(future), future
 
 
-class _Stopped(Exception):
-    """Raised to stop work on a part that is no longer wanted."""
-
-
-def loop_here(
-    design: Design, parts: Iterable[Part], peaks: bool, report_progress: Report
-) -> Tables:
+def loop_here(design: Design, parts: Iterable[Part], peaks: bool) -> Tables:
     """Measure parts in one thread for each core, each with a process that may crash.
 
     Batches use all cores by themselves, and short work starts no process.
@@ -415,22 +396,15 @@ def loop_here(
     for child in children:
         idle.put(child)
 
-    def report(scenes: int) -> None:
-        if stopped.is_set():
-            raise _Stopped
-        report_progress(scenes)
-
     def in_process(part: Part) -> pandas.DataFrame:
         child = idle.get()
         try:
             if isinstance(part.backend, Lammps):
-                return measure(design, part, peaks, child=child, report_progress=report)
+                return measure(design, part, peaks, child=child, is_over=stopped.is_set)
             given, who = (design, part, peaks, 1), NAMES[type(part.backend)]
-            table: pandas.DataFrame = child.call(measure, *given, time_limit=_YEAR, who=who)
+            return child.call(measure, *given, time_limit=_YEAR, who=who)  # type: ignore[no-any-return]
         finally:
             idle.put(child)
-        report(part.size)
-        return table
 
     @functools.cache
     def is_simple(backend: Backend) -> bool:
@@ -440,7 +414,7 @@ def loop_here(
         if not is_simple(part.backend):
             return pool.submit(in_process, part)
         future = Future[Any]()
-        future.set_result(measure(design, part, peaks, report_progress=report_progress))
+        future.set_result(measure(design, part, peaks))
         return future
 
     with ThreadPoolExecutor(cores) as pool:
@@ -486,7 +460,7 @@ def loop_on(scheduler: str) -> Iterator[Loop]:
 
 
 def _loop_of(
-    client: Any, scheduler: str, design: Design, parts: Iterable[Part], peaks: bool, report: Report
+    client: Any, scheduler: str, design: Design, parts: Iterable[Part], peaks: bool
 ) -> Tables:
     """Measure parts on the workers of a client of Dask."""
     executor, threads = client.get_executor(pure=False), -1
@@ -509,9 +483,7 @@ def _loop_of(
         return _AHEAD * max(threads, 1)
 
     for part, future in _in_turn(submit, room, parts):
-        table = _outcome(future, part, scheduler)
-        report(part.size)
-        yield part, table
+        yield part, _outcome(future, part, scheduler)
 
 
 async def _check_scheduler(address: str) -> None:

@@ -9,16 +9,12 @@ import math
 import os
 import shutil
 import textwrap
-import threading
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import closing, nullcontext
-from dataclasses import dataclass, fields
-from functools import cached_property
+from dataclasses import dataclass, fields, replace
 from importlib.metadata import version
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
-
-import numpy as np
+from typing import TYPE_CHECKING, Annotated, Any, TypedDict, Unpack
 
 from hertzchain.errors import OutputError, did_you_mean, require
 from hertzchain.files import make_folder, write_text, write_with
@@ -50,68 +46,54 @@ MANIFEST, CHECKSUMS, TABLE = "sweep.json", "sha256sums", "scenes"
 _LONGEST_VALUE = 60  # characters of a value in a message on another sweep, chosen
 
 
-class Memory(dict[str, "pandas.DataFrame"]):
-    """Parts in memory, by name."""
+class Parts:
+    """Measured parts of a sweep: files in a folder or, without one, tables in memory."""
+
+    def __init__(self, folder: Path | None) -> None:
+        self.folder = folder
+        self._tables: dict[str, pandas.DataFrame] = {}
 
     def keep(self, part: Part, table: pandas.DataFrame) -> None:
         """Store a measured part."""
-        self[part.name] = table
-
-    def has(self, part: Part) -> bool:
-        """Return whether a part is done."""
-        return part.name in self
-
-    def frames(self, columns: Sequence[str] | None = None) -> Iterator[pandas.DataFrame]:
-        """Yield the table part by part."""
-        for _, table in sorted(self.items()):
-            yield table if columns is None else table[list(columns)]
-
-
-class Folder:
-    """Parts in a folder."""
-
-    def __init__(self, path: Path) -> None:
-        self.path = path
-
-    def keep(self, part: Part, table: pandas.DataFrame) -> None:
-        """Store a measured part."""
+        if self.folder is None:
+            self._tables[part.name] = table
+            return
 
         def write(path: Path) -> None:
             table.to_parquet(path, engine="pyarrow", index=False)
             with path.open("rb+") as stream:  # otherwise a power failure leaves an empty file
                 os.fsync(stream.fileno())
 
-        path = self._path(part)
-        write_with(path, write)
-        name = path.relative_to(self.path).as_posix()
+        name = f"{TABLE}/{part.name}.parquet"
+        write_with(self.folder / name, write)
+        sums = self.folder / CHECKSUMS
         try:
-            with (self.path / CHECKSUMS).open("a", encoding="utf-8", newline="\n") as stream:
-                stream.write(f"{_checksum(path)}  {name}\n")
+            with sums.open("a", encoding="utf-8", newline="\n") as stream:
+                stream.write(f"{_checksum(self.folder / name)}  {name}\n")
         except OSError as problem:
-            reason = f"{self.path / CHECKSUMS}: cannot be written ({problem.strerror})"
-            raise OutputError(reason) from None
+            raise OutputError(f"{sums}: cannot be written ({problem.strerror})") from None
 
-    def has(self, part: Part) -> bool:
-        """Return whether a part is done: its file has the checksum that it was given."""
-        path = self._path(part)
-        checksum = self._checksums.get(path.relative_to(self.path).as_posix(), "")
-        return _checksum(path) == checksum
-
-    @cached_property
-    def _checksums(self) -> dict[str, str]:
-        """Checksums of files by their names in the folder."""
+    def done(self, parts: Iterable[Part]) -> list[Part]:
+        """Return the parts that are done: their files have the checksums that they were given."""
+        if self.folder is None:
+            return []
+        sums: dict[str, str] = {}
         with contextlib.suppress(OSError):  # where it cannot be written, either, keep reports that
-            lines = (self.path / CHECKSUMS).read_text("utf-8", "replace").splitlines()
-            words = (line.partition("  ") for line in lines)
-            return {name: checksum for checksum, _, name in words}
-        return {}
+            lines = (self.folder / CHECKSUMS).read_text("utf-8", "replace").splitlines()
+            sums = {
+                name: checksum for checksum, _, name in (line.partition("  ") for line in lines)
+            }
+        names = ((part, f"{TABLE}/{part.name}.parquet") for part in parts)
+        return [part for part, name in names if sums.get(name, "") == _checksum(self.folder / name)]
 
     def frames(self, columns: Sequence[str] | None = None) -> Iterator[pandas.DataFrame]:
         """Yield the table part by part."""
         import pandas
 
-        for path in sorted((self.path / TABLE).glob("*.parquet")):
-            wanted = None if columns is None else list(columns)
+        wanted = None if columns is None else list(columns)
+        for _, table in sorted(self._tables.items()):
+            yield table if wanted is None else table[wanted]
+        for path in sorted((self.folder / TABLE).glob("*.parquet")) if self.folder else ():
             try:
                 yield pandas.read_parquet(path, engine="pyarrow", columns=wanted)
             except (OSError, ValueError, KeyError) as problem:
@@ -120,9 +102,6 @@ class Folder:
                     f"{path}: cannot be read ({reason}); delete it, and the same sweep measures its"
                     " scenes again"
                 ) from None
-
-    def _path(self, part: Part) -> Path:
-        return self.path / TABLE / f"{part.name}.parquet"
 
 
 @contextlib.contextmanager
@@ -184,14 +163,6 @@ def _check(path: Path, manifest: Mapping[str, Any]) -> bool:
     return True
 
 
-def read_manifest(path: Path) -> Mapping[str, Any]:
-    """Read the manifest of the sweep in a folder."""
-    there = _read(path) if path.is_dir() else None
-    if there is None:
-        raise OutputError(f"{path}: is no sweep, must be what hertzchain sweep -o wrote")
-    return there
-
-
 def _checksum(path: Path) -> str | None:
     """Return the checksum of a file; None if it cannot be read."""
     try:
@@ -218,8 +189,7 @@ def _read(folder: Path) -> Mapping[str, Any] | None:
 def _entries(value: Any, name: str = "") -> dict[str, Any]:
     """Return the values in a part of a manifest, by names with points; items count from 1."""
     if not isinstance(value, dict | list):
-        # Folders of before keep a version of SciPy, on which drawn points do not depend.
-        return {} if name == "samples.scipy" else {name: value}
+        return {name: value}
     items = value.items() if isinstance(value, dict) else enumerate(value, start=1)
     below = (_entries(entry, f"{name}.{key}".lstrip(".")) for key, entry in items)
     return {key: entry for entries in below for key, entry in entries.items()}
@@ -237,13 +207,10 @@ class Sweep:
     ----------
     manifest
         Description of the sweep, a JSON object; ``vary`` and ``samples`` define its scenes.
-    rows
-        Number of scenes times number of backends.
     """
 
     manifest: Mapping[str, Any]
-    rows: int
-    _parts: Memory | Folder
+    _parts: Parts
 
     @classmethod
     def load(cls, folder: Path | str) -> Sweep:
@@ -255,17 +222,24 @@ class Sweep:
             If there is no such sweep.
         """
         folder = Path(folder)
-        manifest = read_manifest(folder)
-        return cls(manifest, manifest["rows"], Folder(folder))
+        manifest = _read(folder) if folder.is_dir() else None
+        if manifest is None:
+            raise OutputError(f"{folder}: is no sweep, must be what hertzchain sweep -o wrote")
+        return cls(manifest, Parts(folder))
 
     def __repr__(self) -> str:
         varies = ", ".join(axis["name"] for axis in self.manifest["vary"])
         return f"Sweep: {self.rows:,} rows over {varies}, kept in {self.folder or 'memory'}"
 
     @property
+    def rows(self) -> int:
+        """Number of scenes times number of backends."""
+        return int(self.manifest["rows"])
+
+    @property
     def folder(self) -> Path | None:
         """Folder of the sweep; None in memory."""
-        return self._parts.path if isinstance(self._parts, Folder) else None
+        return self._parts.folder
 
     def to_frame(self, columns: Sequence[str] | None = None) -> pandas.DataFrame:
         """Return one row per scene and backend: scene, backend, parameters in SI, and results.
@@ -312,16 +286,20 @@ class Sweep:
         late = [name for name in names if name == "contacts_cut_off"]
         error = "wanted_error" if "wanted_error" in names else "error_estimate"
         aims = {each["name"]: _aim(each) for each in self.manifest["backends"]}
-        done, reason, sums = 0, None, np.zeros(4, np.int64)
+        counts = Counts(0, 0, 0, None, error)
         for frame in self._parts.frames(["backend", error, "overlap_ratio", "failure", *late]):
             failures = frame["failure"].dropna()
-            done, reason = done + len(frame), reason or next(iter(failures), None)
             missed = frame[error] > frame["backend"].map(aims).astype(float)
-            doubtful = frame["overlap_ratio"] > DOUBTFUL_OVERLAP
-            rows = failures.size, missed.sum(), frame[late].notna().to_numpy().sum(), doubtful.sum()
-            sums += np.array(rows, np.int64)
-        failed, inaccurate, cut_off, above = sums.tolist()
-        return Counts(done, failed, inaccurate, reason, error, cut_off, above)
+            counts = replace(
+                counts,
+                done=counts.done + len(frame),
+                failed=counts.failed + failures.size,
+                missed=counts.missed + int(missed.sum()),
+                reason=counts.reason or next(iter(failures), None),
+                cut_off=counts.cut_off + int(frame[late].notna().to_numpy().sum()),
+                doubtful=counts.doubtful + int((frame["overlap_ratio"] > DOUBTFUL_OVERLAP).sum()),
+            )
+        return counts
 
 
 @dataclass(frozen=True)
@@ -356,18 +334,24 @@ class Counts:
     doubtful: int = 0
 
 
+class Sampling(TypedDict, total=False):
+    """Keywords of points that are drawn; see ``hertzchain.sweeps.design``."""
+
+    samples: int | None
+    seed: int
+
+
 def sweep(
     scene: SceneLike,
     vary: Annotated[Mapping[str, str | Iterable[Value]] | pandas.DataFrame, design],
     *,
-    samples: Annotated[int | None, design] = None,
-    seed: Annotated[int, design] = 0,
     backends: Annotated[str | Iterable[str | Backend], _backends] = ("native",),
     rtol: float = RTOL,
     peaks: bool = False,
     output: Path | str | None = None,
     scheduler: str | None = None,
     progress: Callable[[int, int], object] | bool | None = None,
+    **drawn: Unpack[Sampling],
 ) -> Sweep:
     """Measure scenes that differ in some parameters.
 
@@ -375,7 +359,7 @@ def sweep(
     ----------
     scene
         The scene that all others are derived from, or the path of its file.
-    vary, samples, seed
+    vary
         Parameters that vary and their values, or a table with a row for each scene; see
         ``hertzchain.sweeps.design``.
     backends
@@ -392,8 +376,10 @@ def sweep(
         Address of a Dask scheduler whose workers measure; by default this machine measures, on all
         cores.
     progress
-        True to show how many rows are done in the terminal, or a function that is
-        called from time to time, from any thread, with the number of rows done and of all rows.
+        True to show how many rows are done in the terminal, or a function that is called after each
+        part with the number of rows done and of all rows.
+    drawn
+        ``samples`` and ``seed`` of points drawn from ranges, as for ``design``.
 
     Returns
     -------
@@ -412,7 +398,7 @@ def sweep(
     RunFailed
         If the scheduler cannot be reached, or its workers are lost.
     """
-    layout = design(scene, vary, samples, seed)
+    layout = design(scene, vary, **drawn)
     chosen = _backends(backends, rtol)
     manifest: dict[str, Any] = {
         "hertzchain": version("hertzchain"),
@@ -425,29 +411,24 @@ def sweep(
         "parts": {NAMES[type(backend)]: part_size(layout, backend) for backend in chosen},
         "rows": layout.scenes * len(chosen),
     }
-    folder = None if output is None else Path(output)
-    store = Memory() if folder is None else Folder(folder)
-    claim = nullcontext() if folder is None else claimed(folder, manifest)
+    parts = Parts(None if output is None else Path(output))
+    claim = nullcontext() if parts.folder is None else claimed(parts.folder, manifest)
     engine = nullcontext(loop_here) if scheduler is None else loop_on(scheduler)
-    lock, done = threading.Lock(), 0
     with telling(progress is True) as tell, engine as measured, claim:
 
-        def add(rows: int) -> None:
-            nonlocal done
-            with lock:
-                done += rows
-                if callable(progress):
-                    progress(done, manifest["rows"])
-                else:
-                    tell(f"sweep: {done:,} of {manifest['rows']:,} rows")
+        def report(rows: int) -> None:
+            tell(f"sweep: {rows:,} of {manifest['rows']:,} rows")
+            if callable(progress):
+                progress(rows, manifest["rows"])
 
-        there = {part.name: part.size for part in cut(layout, chosen) if store.has(part)}
-        add(sum(there.values()))
+        there = {part.name: part.size for part in parts.done(cut(layout, chosen))}
+        report(done := sum(there.values()))
         left = (part for part in cut(layout, chosen) if part.name not in there)
-        with closing(measured(layout, left, peaks, add)) as tables:
+        with closing(measured(layout, left, peaks)) as tables:
             for part, table in tables:
-                store.keep(part, table)
-    return Sweep(manifest, manifest["rows"], store)
+                parts.keep(part, table)
+                report(done := done + part.size)
+    return Sweep(manifest, parts)
 
 
 def settings(backend: Backend) -> dict[str, Any]:

@@ -29,7 +29,6 @@ from hertzchain.sweeps.columns import (
     numbers_of,
 )
 from hertzchain.sweeps.design import design
-from hertzchain.sweeps.loop import Rows
 from tests.command_line import MAIN, process
 from tests.conftest import STEEL, paper_scene
 from tests.sweeps.made import GRID, LAMMPS, SHORT, all_scenes
@@ -214,10 +213,9 @@ def test_scenes_that_take_long_are_measured_one_by_one(
     layout = design(SHORT, {"chain.granules": [6, 12]})
     longest = max(s.end_time / s.units.time * s.chain.granules for s in all_scenes(layout))
     monkeypatch.setattr(loop, "_SINGLE_SCENE_WORK", room * longest)
-    told: list[int] = []
-    part = loop.Part("native-0000", hc.Native(), 0, 2)
-    loop.measure(layout, part, peaks=False, report_progress=told.append)
-    assert told == ([1, 1] if room < 1 else [2])
+    given = layout.parameters(np.arange(2))
+    tables = loop._batches(given, loop.natural(given), hc.Native(), 1)
+    assert [row for table in tables for row in table.index] == ([0] if room < 1 else [0, 1])
 
 
 @pytest.mark.parametrize(
@@ -229,22 +227,20 @@ def test_scenes_that_take_long_are_measured_one_by_one(
         (1e-6, 1e9, 11, True),  # too deep
     ],
 )
-def test_rows_of_a_batch(error: float, force: float, seen: int, is_lost: bool) -> None:
+def test_rows_of_a_batch(
+    error: float, force: float, seen: int, is_lost: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
     batch = hc.similar_peak_forces("cosine", 1.0, 2.0, 12, rtol=1e-6)
     batch.peak_passed[0, seen:] = False
-    rows = Rows(1, ALL, True)
-    units = hc.Scene(SHORT.chain, hc.Pulse("cosine", force, 2.0, momentum_ratio=1.0)).units
-    similarity = [SHORT.chain.radius, units.force, units.length, units.time]
     unsure = replace(batch, error_estimate=np.array([error]))
-    lost = rows.add_batch(np.arange(1), unsure, *np.array(similarity)[:, np.newaxis])
-    names = [column.name for column in ALL if is_result(column.name)]
-    table = rows.frame({}, [*names, "failure"])
-    assert lost.tolist() == [is_lost]
-    assert table["failure"].isna().all()
-    assert table[names].isna().all(axis=None) == is_lost
-    assert table["transition_granules"].fillna(0).tolist() == [5 if not is_lost and seen > 5 else 0]
-    waves = table[["solitary_wave_force_N", "far_field_force_N", "speed_m_s"]]
-    assert waves.isna().any(axis=None) == (is_lost or seen == 5)
+    monkeypatch.setattr("hertzchain.engines.native.batch.plain_peaks", lambda *_: unsure)
+    given = design(SHORT, {"peak_force": [force]}).parameters(np.arange(1))
+    (table,) = loop._batches(given, loop.natural(given), hc.Native(), 1)
+    assert len(table) == (0 if is_lost else 1)
+    if not is_lost:
+        assert table["transition_granules"].tolist() == [5 if seen > 5 else 0]
+        waves = table[["solitary_wave_force_N", "far_field_force_N", "speed_m_s"]]
+        assert waves.isna().any(axis=None) == (seen == 5)
 
 
 def test_a_scene_that_fails_is_a_row_with_the_reason_a_single_run_has() -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import logging
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -179,7 +180,8 @@ def test_ctrl_c_leaves_workers_idle_and_it_goes_on(lonely: str, tmp_path: Path) 
         wait_for(lambda: not any(map(is_server, children(only.pid))))
         status, _, said = ended(started(tmp_path, lonely))
         assert status == 0
-        assert said.endswith(" of 32 rows are there, resuming\n")
+        # On a busy machine lines on how far it is follow.
+        assert re.match(r"hertzchain: \d+ of 32 rows are there, resuming\n", said)
     assert hc.Sweep.load(tmp_path / "out").to_frame()["scene"].tolist() == list(range(32))
 
 

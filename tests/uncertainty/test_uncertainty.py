@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import hertzchain as hc
+from hertzchain.engines.native import backend
 from hertzchain.errors import SceneError
 from hertzchain.report.console import plain_text
 from hertzchain.scene.terms import Uncertain
@@ -113,6 +114,33 @@ def test_scatter_makes_what_plain_random_chains_make() -> None:
     assert abs(off) < 3  # of its standard error
     error = np.hypot(1 / np.sqrt(2 * 512), 1 / np.sqrt(2 * 2_000))
     assert force.std() / wall.std() == pytest.approx(1, abs=3 * error)
+
+
+@pytest.mark.parametrize("rtol", [1e-4, 1e-6])
+def test_chains_with_scatter_need_one_plan_whose_bounds_hold(
+    rtol: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Against runs with 1e-9."""
+    radius = Uncertain("chain.radius", 0.01, relative=True, each=True)
+    scene = hc.Scene(hc.Chain(31, **STEEL), hc.Striker(0.44), wall=hc.Wall("same"))
+    scenes = list(Realisations(replace(scene, uncertain=(radius,)), 16, 7))
+    accurate = hc.peak_forces(scenes, 1e-9, wanted="first").first_columns
+    tried: list[Any] = []
+    bounds = backend._errors_of_plan
+
+    def counted(*plan: Any) -> Any:
+        tried.append(plan)
+        return bounds(*plan)
+
+    monkeypatch.setattr(backend, "_errors_of_plan", counted)
+    first = hc.peak_forces(scenes, rtol, wanted="first").first_columns
+    assert len(tried) == len(scenes)
+    for name, bound in (
+        ("first_peak_force_N", accurate["first_peak_force_N"] * first["first_peak_error"]),
+        ("arrival_time_s", first["arrival_error_s"]),
+    ):
+        assert np.all(np.abs(first[name] - accurate[name]) <= bound)
+        assert np.all(bound <= rtol * accurate[name])
 
 
 def test_what_is_drawn() -> None:

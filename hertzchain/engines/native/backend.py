@@ -260,7 +260,7 @@ class Native:
             engines=self._recorded,
         )
 
-    @property
+    @functools.cached_property
     def _recorded(self) -> tuple[Native, Native]:
         """Engines of two recorded runs: this one, and one whose errors are far from its own."""
         engine = replace(self, peaks_only=False)
@@ -384,6 +384,8 @@ class Native:
         recorder: Recorder | None,
     ) -> tuple[Scene, tuple[Leg, ...], Simulation]:  # fmt: skip
         """Run a scene by a plan; return it with the end of its run, its legs, and the run."""
+        if recorder is None and isinstance(prepared, Prepared) and plan in prepared.planned:
+            return prepared.planned[plan]
         legs, usual = plan.first_legs(scene, self._first)
         if math.isnan(usual):
             run = prepared.simulate(legs, plan.walker, recorder, leave_behind=self.peaks_only)

@@ -16,7 +16,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from contextvars import copy_context
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, replace
 from numbers import Integral
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -191,14 +191,11 @@ def peak_forces(
     wanted = wanted or min(map(usually_wanted, given), key=WANTED.index)
     if wanted == "first" or not all(scene.is_plain for scene in given):
         return _one_by_one(given, rtol, time_limit, wanted)
-    calibrated = np.array([plans.is_calibrated(scene) for scene in given])
     pulses = [(scene.pulse, scene.momentum_ratio) for scene in given]
     numbers = [(pulse.profile, ratio, pulse.duration_ratio) if pulse else ("", 1.0, 2.0)
                for pulse, ratio in pulses]  # fmt: skip
     profiles, ratio, n = map(np.array, zip(*numbers, strict=True))
-    batch = plain_peaks(
-        profiles, ratio, n, lengths[0], rtol, time_limit, None, calibrated, given.__getitem__
-    )
+    batch = plain_peaks(profiles, ratio, n, lengths[0], rtol, time_limit, scenes=given)
     force, time = (np.array([[getattr(scene.units, name)] for scene in given])
                    for name in ("force", "time"))  # fmt: skip
     peak_force = batch.peak_force * force
@@ -210,17 +207,17 @@ def peak_forces(
 
 def _one_by_one(scenes: Sequence[Scene], rtol: float, time_limit: float, wanted: str) -> Batch:
     """Return the peaks of scenes whose results are made one by one."""
-    native = Native(rtol=rtol, wanted=wanted)
-    results = list(run_each(scenes, native, Deadline(time_limit)))
-    first, names = (
-        [result.first_columns for result in results],
-        [each.name for each in fields(Batch)],
+    results = list(run_each(scenes, Native(rtol=rtol, wanted=wanted), Deadline(time_limit)))
+    of_first = [result.first_columns for result in results]
+    return Batch(
+        np.array([result.peak_force for result in results]),
+        np.array([result.peak_time for result in results]),
+        np.array([result.error_estimate for result in results]),
+        np.array([result.peak_passed for result in results]),
+        np.array([result.force_evaluations for result in results]),
+        {name: np.array([columns[name] for columns in of_first]) for name in of_first[0]},
+        scenes[0].contacts[0],
     )
-    numbers: dict[str, Any] = {
-        name: np.array([getattr(result, name) for result in results]) for name in names[:5]
-    }
-    of_first = {name: np.array([columns[name] for columns in first]) for name in first[0]}
-    return Batch(**numbers, first_columns=of_first, first_contact=scenes[0].contacts[0])
 
 
 def run_each(scenes: Iterable[Scene], native: Native, deadline: Deadline) -> Iterator[Result]:
@@ -320,20 +317,22 @@ def _prepared(
             rows, signals = leg_rows(legs, scene.units), of_scene.signals.at_the_start()
             prepared[k] = of_scene
             jobs.append(_Job(of_scene, of_scene.chain, signals, plan, plan.walker, rows, usual))
-    for job, end in _march(jobs, deadline, cores):
+    for job, run in _march(jobs, deadline, cores):
         plan, scene = job.plan, job.prepared.scene
-        legs = plan.legs(scene, None if math.isnan(job.usual) else end * scene.units.time)
+        if not math.isnan(job.usual):
+            scene = scene.until(run.end * scene.units.time)
+        legs = plan.legs(scene)
+        job.prepared.planned[plan] = scene, legs, run
         rows = leg_rows(plan.other_legs(legs), scene.units)
         others.append(job._replace(walker=plan.coarser, rows=rows, usual=math.nan))
     _march(others, deadline, cores)
     return prepared
 
 
-def _march(jobs: Sequence[_Job], deadline: Deadline, cores: int) -> list[tuple[_Job, float]]:
-    """Make runs in the compiled loop, and give them to their scenes.
+def _march(jobs: Sequence[_Job], deadline: Deadline, cores: int) -> list[tuple[_Job, Simulation]]:
+    """Make runs in the compiled loop, give them to their scenes, and return those that were done.
 
-    Return those that were done, with the time reached. What diverges or takes long is left out: the
-    run by itself does the rest.
+    What diverges or takes long is left out: the run by itself does the rest.
     """
     kinds = defaultdict[Any, list[_Job]](list)
     for job in jobs:
@@ -341,7 +340,9 @@ def _march(jobs: Sequence[_Job], deadline: Deadline, cores: int) -> list[tuple[_
     return [run for alike in kinds.values() for run in _march_alike(alike, deadline, cores)]
 
 
-def _march_alike(alike: Sequence[_Job], deadline: Deadline, cores: int) -> list[tuple[_Job, float]]:
+def _march_alike(
+    alike: Sequence[_Job], deadline: Deadline, cores: int
+) -> list[tuple[_Job, Simulation]]:
     """Make runs of one kind, as ``_march``."""
     from hertzchain.engines.native import elastic, elastic_chain
     from hertzchain.observables.observer import PULSE, watch_of
@@ -381,10 +382,9 @@ def _march_alike(alike: Sequence[_Job], deadline: Deadline, cores: int) -> list[
         outcome = elastic_chain.Outcome(*map(int, values[:4]), *values[4:])
         of_pulses = FirstPulses.of(pulses[n], static[n])
         peaks = Peaks(force[n], time[n], time[n] < outcome.end, of_pulses)
-        job.prepared.runs[key_of(job.rows, job.walker)] = Simulation.of(
-            outcome, motion[n, 0], motion[n, 1], peaks
-        )
-        done.append((job, outcome.end))
+        run = Simulation.of(outcome, motion[n, 0], motion[n, 1], peaks)
+        job.prepared.runs[key_of(job.rows, job.walker)] = run
+        done.append((job, run))
     return done
 
 
@@ -447,51 +447,52 @@ def similar_peak_forces(
 
 def plain_peaks(
     profiles: NDArray[Any], ratio: FloatArray, n: FloatArray, granules: int, rtol: float,
-    time_limit: float, cores: int | None = None, calibrated: NDArray[np.bool_] | None = None,
-    scene_of: Callable[[int], Scene] | None = None,
+    time_limit: float, cores: int | None = None, scenes: Sequence[Scene] = (),
 ) -> Batch:  # fmt: skip
     """Return the peaks of plain scenes in natural units: as ``similar_peak_forces``, unchecked.
 
-    Scenes whose largest error is known (``calibrated``) run once. The others, ``scene_of`` their
-    numbers, run as single scenes do, with an estimate of the error.
+    Scenes whose largest error is known run once. The others run as single scenes do, with an
+    estimate of the error; they are made from their numbers unless ``scenes`` are given.
     """
     import hertzchain.engines.native.elastic  # noqa: F401 - loaded before any clock starts
     from hertzchain.observables.preparation import Watched
 
     plans.check(rtol)
     check_time_limit(time_limit)
-    if calibrated is None:
-        calibrated = plans.is_known(ratio, n, granules)
+    calibrated = plans.is_known(ratio, n, granules)
+    if scenes:
+        calibrated = np.array([plans.is_calibrated(scene) for scene in scenes])
     chain, cores = Chain(granules, **_ANY), cores or usable_cores()
 
-    def similar(k: int) -> Scene:
-        shock = Pulse(
-            profile_named(profiles[k]), _WEAK, float(n[k]), momentum_ratio=float(ratio[k])
-        )
-        return Scene(chain, shock)
+    def scene_of(k: int) -> Scene:
+        if scenes:
+            return scenes[k]
+        profile = profile_named(profiles[k])
+        return Scene(chain, Pulse(profile, _WEAK, float(n[k]), momentum_ratio=float(ratio[k])))
 
     with Watched() as preparation:
         deadline = Deadline(time_limit, lambda: preparation.time)
-        scenes, indices = calibrated.size, np.flatnonzero(calibrated)
-        refuse_memory(8.0 * 3 * scenes * granules)
-        force, time = np.zeros((scenes, granules - 1)), np.full((scenes, granules - 1), np.nan)
-        error, evaluations = np.ones(scenes), np.zeros(scenes, np.int64)
+        shape, indices = (ratio.size, granules - 1), np.flatnonzero(calibrated)
+        refuse_memory(8.0 * 3 * ratio.size * granules)
+        force, time = np.zeros(shape), np.full(shape, np.nan)
+        error, evaluations = np.ones(ratio.size), np.zeros(ratio.size, np.int64)
         passed = np.zeros(force.shape, np.bool_)
         if indices.size:
             plan = plans.cheapest(rtol, checked=False)
             rows = _pulse_rows(profiles[indices], ratio[indices], n[indices], granules, plan)
-            march = rows, plan.walker, granules, deadline, cores
-            force[indices], time[indices], end, taken = _march_all(*march)
+            runs = _march_all(rows, plan.walker, granules, deadline, cores)
+            force[indices], time[indices] = runs.force, runs.time
             # A motion that diverged has no meaningful number of evaluations.
-            evaluations[indices] = np.nan_to_num(taken)
-            error[indices] = np.where(np.isnan(taken), np.inf, plan.least(taken))
-            passed[indices] = time[indices] < end[:, None]
+            evaluations[indices] = np.nan_to_num(runs.evaluations)
+            lost = np.isnan(runs.evaluations)
+            error[indices] = np.where(lost, np.inf, plan.least(runs.evaluations))
+            passed[indices] = runs.time < runs.end[:, None]
         native = Native(rtol=rtol, peaks_only=True, wanted="all")
 
         def march_one(k: int) -> None:
             if deadline.left <= 0:
                 raise deadline.passed()
-            single = native.accurate_enough((scene_of or similar)(k), None, deadline, rtol)
+            single = native.accurate_enough(scene_of(k), None, deadline, rtol)
             run, errors = single.simulation, single.errors
             force[k], time[k], passed[k] = run.peaks.force, run.peaks.time, run.peaks.passed
             error[k], evaluations[k] = errors.largest, run.evaluations
@@ -521,19 +522,29 @@ def _pulse_rows(
     return rows
 
 
+class _Runs(NamedTuple):
+    """Runs of pulses: of contacts, shape (scenes, contacts); of runs, NaN if diverged, (scenes,).
+
+    All are in natural units.
+    """
+
+    force: FloatArray
+    time: FloatArray
+    end: FloatArray
+    evaluations: FloatArray
+
+
 def _march_all(
     rows: FloatArray, walker: Walker, granules: int, deadline: Deadline, cores: int
-) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Return peak forces and times, (scenes, contacts); time reached and evaluations, (scenes,).
+) -> _Runs:
+    """Run scenes of one pulse each; ``rows`` has the legs for the kernels, (scenes, legs, 8).
 
-    ``rows`` has the legs of one pulse each in the form of the kernels, shape (scenes, legs, 8).
     Raises TooExpensive after the deadline.
     """
     from hertzchain.engines.native import elastic, elastic_chain
 
-    scenes = len(rows)
-    force, time = np.zeros((scenes, granules - 1)), np.full((scenes, granules - 1), np.nan)
-    outputs = force, time, np.zeros(scenes), np.zeros(scenes)
+    shape = len(rows), granules - 1
+    runs = _Runs(np.zeros(shape), np.full(shape, np.nan), *np.zeros((2, len(rows))))
     steps = steps_of(rows[0], walker)
     at_rest, nothing = elastic_chain.Start(np.zeros((0, 0)), MOVING), room_for()
 
@@ -541,12 +552,14 @@ def _march_all(
         state, blank = (elastic_chain.at_the_start(granules) for _ in range(2))
         elastic.march_each(
             rows[some], steps, at_rest, state, blank,
-            elastic.Each(force[some], time[some], nothing, outputs[2][some], outputs[3][some]),
+            elastic.Each(
+                runs.force[some], runs.time[some], nothing, runs.end[some], runs.evaluations[some]
+            ),
             control,
         )  # fmt: skip
 
-    _in_parts(part, scenes, deadline, cores)
-    return outputs
+    _in_parts(part, len(rows), deadline, cores)
+    return runs
 
 
 def _parts(scenes: int, cores: int) -> list[slice]:

@@ -195,9 +195,10 @@ _UNREFINED_RTOL = 1e-4
 _KNOWN_RATIOS, _KNOWN_DURATIONS, _KNOWN_GRANULES = (0.05, 10.0), (1.1, 60.0), 500
 """Ranges of LM_ratio, n and N of the random scenes."""
 
-_FIRST_RTOL_RATIO, _LARGEST_FIRST_RTOL = 24.0, 2.5e-5
-"""Wanted accuracy over that of the plan that such scenes try first where first pulses are wanted,
-and its largest: the method of looser plans is more erratic."""
+_FIRST_RTOL_RATIO, _LARGEST_FIRST_RTOL = 64.0, 2.5e-5
+"""Wanted accuracy over that of the plan that such scenes try first where first pulses are wanted
+(measured: of 256 chains with scatter and a wall none needs a second plan; at 24 half of them did,
+and each took 1.5 times as long), and its largest: the method of looser plans is more erratic."""
 
 _ERRATIC_ERROR_RATIO = 6.0
 """Ratio of the error that no difference shows, in such scenes, to that in others: a contact closes
@@ -323,7 +324,7 @@ def first_plan(rtol: float, hard: bool, first: bool) -> Plan:
     """Return the plan that is tried first; ``hard``: see ``cheapest``, ``first``: first pulses.
 
     For first pulses of hard scenes its steps are not halved near every contact: it costs half of a
-    hard plan or less, and in two of three random scenes its error bound is as small as wanted.
+    hard plan or less, and its error bound is nearly always as small as wanted.
     """
     if not (hard and first):
         return cheapest(rtol, hard=hard)

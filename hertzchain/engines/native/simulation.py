@@ -14,7 +14,7 @@ import numpy as np
 
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.native.equations import Chain
-from hertzchain.engines.native.plan import SymplecticNystrom, Walker
+from hertzchain.engines.native.plan import Plan, SymplecticNystrom, Walker
 from hertzchain.errors import RunFailed
 from hertzchain.limits import TIME_LIMIT, Deadline, refuse_memory
 from hertzchain.observables.error_bound import ContactErrors, Peaks, diverged
@@ -209,8 +209,9 @@ class Prepared:
     moving: int  # number of granules that may move at the start
     softest: float  # see ``softest``
     signals: Signals | None = None  # where first pulses are wanted
-    # Runs that are done, by ``key_of``.
+    # Runs that are done, by ``key_of``, and by plans with scenes until their ends and their legs.
     runs: dict[Any, Simulation] = field(default_factory=dict)
+    planned: dict[Plan, tuple[Scene, tuple[Leg, ...], Simulation]] = field(default_factory=dict)
 
     @classmethod
     def of(
