@@ -23,7 +23,12 @@ from hertzchain.scene.scene import Scene, SceneLike, to_scene
 from hertzchain.scene.terms import Gauge
 from hertzchain.showing import ShownVerdict, ShowProgress, telling
 from hertzchain.verdict.check import Check, Kind, within
-from hertzchain.verdict.traces.traces import ENOUGH_QUIET_SAMPLES, Traces, read_records
+from hertzchain.verdict.traces.traces import (
+    ENOUGH_QUIET_SAMPLES,
+    Traces,
+    column_of,
+    read_records,
+)
 
 if TYPE_CHECKING:
     import pandas
@@ -52,6 +57,9 @@ where it has fallen to a half."""
 _QUIET_FORCE_RATIO = 1e-4
 """Part of its largest force below which a gauge is quiet (chosen): that of most is far below two
 widths before a pulse arrives."""
+
+_DRIFT_DEVIATIONS = 5.0
+"""Slope of differences over its deviation by white noise from which on it is no chance (chosen)."""
 
 _DELAY_WIDTHS = 1e-6
 """Least deviation of a delay, in widths, averaged over gauges: that of the splines."""
@@ -154,6 +162,20 @@ def without_offset(traces: Traces, expected: Expected, shift: float) -> Traces:
             digit = max(resolution_of(before), resolution_of(force[:, k]))
             noise[k] = noise_before(before, step, digit).deviation
     return replace(traces, force=force, noise=noise)
+
+
+def drift_of(time: FloatArray, off: FloatArray, noise: float, gauge: str, place: str) -> list[str]:
+    """Return a sentence if differences [N] of a gauge follow a line that noise does not explain.
+
+    ``gauge`` is the name of its column without its unit, ``place`` that in messages.
+    """
+    clock = time - time.mean()
+    spread = float(np.sum(clock**2))
+    slope = float(np.dot(clock, off)) / spread
+    if abs(slope) < _DRIFT_DEVIATIONS * noise / np.sqrt(spread):
+        return []
+    drift = f"{place}: differences follow a line of {slope:+.2g} N/s, as of a gauge that drifts"
+    return [f"{drift}: fit --free {gauge}.drift fits it as well"]
 
 
 def shift_of(traces: Traces, expected: Expected) -> float:
@@ -403,8 +425,9 @@ def judge_traces(
         report_progress("laying the traces over those of the reference")
         measured, begin = aligned(measured, expected, None if shift else 0.0)
         pulses = [matched(measured, expected, begin, k) for k in range(len(measured.gauges))]
+        drifts = [_drift(measured, expected, begin, k) for k in range(len(measured.gauges))]
     numbers = _numbers_of(expected, pulses, has_clock=not shift)
-    remarks, checks = list(measured.remarks), []
+    remarks, checks = [*measured.remarks, *itertools.chain(*drifts)], []
     for gauge, pulse in zip(measured.gauges, pulses, strict=True):
         if pulse is None:
             said = "the first pulse is not whole, only the trace is judged"
@@ -462,6 +485,17 @@ def _numbers_of(
                 before.arrival_error + after.arrival_error, float(np.hypot(sooner, later)),
             ))  # fmt: skip
     return numbers
+
+
+def _drift(traces: Traces, expected: Expected, shift: float, k: int) -> list[str]:
+    """Return a sentence if a gauge drifts before the pulse arrives."""
+    read = expected.readings[k]
+    quiet = traces.time - shift < read.arrival - 2 * read.width  # False where nothing arrives
+    if np.count_nonzero(quiet) < ENOUGH_QUIET_SAMPLES:
+        return []
+    gauge = column_of(traces.gauges[k], expected.result.scene)
+    time, force = traces.time[quiet], traces.force[quiet, k]
+    return drift_of(time, force, float(traces.noise[k]), gauge, traces.gauges[k].place)
 
 
 def _whole(

@@ -122,7 +122,7 @@ def read_records(
     for role in columns.keys() - {role for part in parts for role in part}:
         read[0].find("--column", _spec(role, columns[role])[0])  # raises: no file has it
     roles = [role for each in zip(read, parts, strict=True) for role, _ in _named(*each)]
-    gauges = [_gauge(role, scene) for role in roles]
+    gauges = [gauge_of(role, scene) for role in roles]
     is_one = len(read) > 1 and not own_clocks and len({*gauges}) == len(gauges)
     if not is_one:
         records = [read_traces(scene, each, columns) for each in read]
@@ -190,7 +190,7 @@ def read_traces(scene: Scene, results: Any, columns: Mapping[str, str]) -> Trace
         " 'gauge_16=CH1 [25 N]'"
     )
     require(bool(named), "traces", None, allowed)
-    gauges = tuple(_gauge(role, scene) for role, _ in named)
+    gauges = tuple(gauge_of(role, scene) for role, _ in named)
     require(len(set(gauges)) == len(gauges), "traces", None, "have a gauge twice")
     read = read.without_gaps([read.find("--column", name) for _, (name, _) in named])
     forces, noise = [], []
@@ -223,7 +223,12 @@ def _spec(role: str, text: str) -> tuple[str, str]:
     return match["name"], unit
 
 
-def _gauge(role: str, scene: Scene) -> Gauge:
+def column_of(gauge: Gauge, scene: Scene) -> str:
+    """Return the name of a gauge's column without its unit, such as ``gauge_16``."""
+    return gauge.name(scene.last_contact if scene.wall else None).removesuffix("_N")
+
+
+def gauge_of(role: str, scene: Scene) -> Gauge:
     """Return the gauge of a column; SceneError if the scene cannot have it."""
     allowed = "must be gauge_ and the number of a granule, contact_ and its number, wall, near_wall"
     require(_SENSOR.fullmatch(role) is not None, "column", role, allowed)
