@@ -1,4 +1,4 @@
-"""hertzchain pulse, judge, fit and spread: measured forces, and what is uncertain."""
+"""hertzchain pulse, judge, fit, spectrum and spread: measured forces, and what is uncertain."""
 
 from __future__ import annotations
 
@@ -304,6 +304,39 @@ def fit(
     write_file("Scene", output, fitted.scene.to_toml)
     if not fitted.is_noise:
         raise typer.Exit(OUT_OF_TOLERANCE)
+
+
+def spectrum(
+    scene: options.SceneFile,
+    *,
+    gauge: str = typer.Option(
+        ...,
+        metavar="GAUGE",
+        help="The granule whose force is wanted, such as 6; or contact_10, wall, near_wall.",
+    ),
+    time_limit: options.TimeLimit = "1 h",
+    picture: options.PictureOptions,
+    as_json: options.AsJson = False,
+) -> None:
+    """Show the amplitude spectrum of a force.
+
+    A pressed chain of granules that are alike, or of two kinds in turn, also has the edges of its
+    bands, by formulas. A later end_time in [run] makes the bins narrower.
+    """
+    from hertzchain.engines.native.backend import Native
+    from hertzchain.pulses.spectrum import spectrum_of, times_of
+    from hertzchain.report.spectrum import plot_spectrum, print_spectrum
+    from hertzchain.verdict.traces.traces import gauge_of
+
+    check_files([scene], plot=picture.plot)
+    inches, loaded = picture.inches, options.load_scene(scene)
+    place = gauge_of(f"gauge_{gauge}" if gauge.isdecimal() else gauge, loaded)
+    limit = options.to_time_limit(time_limit)
+    with progress() as report_progress, compiling(report_progress):
+        backend = Native(time_limit=limit, wanted="all")
+        result = spectrum_of(backend.run(loaded, times_of(loaded)), place)
+    show(as_json, result.to_dict, lambda console: print_spectrum(console, result))
+    write_file("Plot", picture.plot, lambda path: plot_spectrum(result, inches).write(path))
 
 
 def spread(

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 
 MOST_READINGS = 4_000_000  # times and granules recorded at once: 100 MB for each simulation
 _FRAME_TIME = 0.2  # in the wave's units of time: at 0.4 a map shows 95 % of each peak
+_LEAST_FRAMES = 1000  # times of a short run: a curve across a page has no visible corners; chosen
 _STILL_FORCE_RATIO, _MARGIN_SHARE = 0.01, 0.03
 """Change of a force over the largest that is too small to be visible; room before and after the
 motion, over its duration (both chosen)."""
@@ -47,7 +48,7 @@ def plot_times(scene: Scene) -> FloatArray:
     """Equally spaced times at which to record a run so that its wave can be drawn [s]."""
     # A wave's time goes as its force to the power -1/6.
     wave_time = float(scene.units.time * force_scale(scene.momentum_ratio) ** (-1 / 6))
-    wanted = int(np.ceil(scene.end_time / (_FRAME_TIME * wave_time))) + 1
+    wanted = max(int(np.ceil(scene.end_time / (_FRAME_TIME * wave_time))) + 1, _LEAST_FRAMES)
     return frame_times(scene, max(2, min(wanted, MOST_READINGS // scene.chain.granules)))
 
 
