@@ -352,7 +352,7 @@ def _series(
         return {
             str(name).removesuffix("_N").replace("_", " "): (time, frame[name].to_numpy(),
                 np.full(time.size, error))
-            for name, error in zip(frame.columns[1:], errors or repeat(0.0))
+            for name, error in zip(frame.columns[1:], errors or repeat(0.0), strict=False)
         }  # fmt: skip
     curves = {}
     for contact in contacts or ():

@@ -24,12 +24,13 @@ def shown(noise: float, seed: int = 0, **what: Any) -> tuple[pd.DataFrame, dict[
     clean = hc.Native(rtol=1e-8).run(TRUE, record=1000).to_traces()
     step = float(clean["time_s"][1])
     time = step * np.arange(-400, 1000)
-    traces, truth = pd.DataFrame({"time_s": time + 2e-4}), {}
+    truth: dict[str, float] = {}
+    traces = pd.DataFrame({"time_s": time + 2e-4})
     for gauge, gain, sign in (("gauge_4", 1.0, 1), ("gauge_9", what.get("gain", 1.0), -1)):
         force = np.append(np.zeros(400), clean[f"{gauge}_N"])
         peak, length = float(force.max()), float(np.ptp(time))
         if gauge == "gauge_9" and "droop" in what:
-            force = drooped(time, force, what["droop"])
+            force = drooped(time.astype(np.float64), force, what["droop"])
         added = {
             "offset": 0.1 * sign * peak,
             "drift": what.get("drift", 0.0) * sign * peak / length,

@@ -198,6 +198,7 @@ DOCUMENTS: dict[str, tuple[str, Callable[[], dict[str, Any]]]] = {
 STAND_ALONE = {
     *("run.json", "traces.json", "trains.json", "fit.json", "uncertainty.json"),
     *("validation.json", "compare.json", "judge.json", "examine.json", "sweep.json"),
+    "spectrum.json",
 }
 """Schemas of documents with their scene and the version of all definitions."""
 
