@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
 from hertzchain.errors import HertzchainError, require
@@ -38,6 +39,10 @@ _CREST_FALL_DIGITS = 16.0
 
 _CLOCK_STEPS = 0.01
 """Largest difference of times of files of one record, over a sample: digits of files (chosen)."""
+
+_LEAST_COMMON_SHARE = 0.9
+"""Least share of a file's samples whose times all files of its record have (chosen): gaps are few,
+and a file of half the rate has half of the times."""
 
 ENOUGH_QUIET_SAMPLES = 200
 """Quiet samples that give the noise to 5 %; with fewer, second differences of all are better."""
@@ -130,16 +135,26 @@ def read_records(
         return [replace(records[0], clock=said), *records[1:]]
     channels = [read_traces(scene, *each) for each in zip(read, parts, strict=True)]
     time = channels[0].time
+    off = _CLOCK_STEPS * float(np.median(np.diff(time)))
     for each, other in zip(read[1:], channels[1:], strict=True):
-        off = _CLOCK_STEPS * float(np.median(np.diff(time)))
-        if time.shape != other.time.shape or not np.allclose(time, other.time, rtol=0, atol=off):
+        time = time[np.abs(time - other.time[_nearest(other.time, time)]) <= off]
+        if time.size < _LEAST_COMMON_SHARE * max(other.time.size, channels[0].time.size):
             raise HertzchainError(
                 f"{each.path}: has other times than {read[0].path}, and files of one record have"
                 " the same: judge each record by itself, or fit them with --own-clocks"
             )
-    force = np.concatenate([each.force for each in channels], axis=1)
-    noise = np.concatenate([each.noise for each in channels])
-    return [Traces(time, tuple(gauges), force, noise, "the files are of one record, on one clock")]
+    forces = [channel.force[_nearest(channel.time, time)] for channel in channels]
+    said = "the files are of one record, on one clock"
+    if left := max(channel.time.size for channel in channels) - time.size:
+        said += f"; {left:,} samples that not all of them have are left out"
+    noise = np.concatenate([channel.noise for channel in channels])
+    return [Traces(time, tuple(gauges), np.concatenate(forces, axis=1), noise, said)]
+
+
+def _nearest(times: FloatArray, wanted: FloatArray) -> NDArray[np.intp]:
+    """Return the places of the increasing times that are nearest to others."""
+    after = np.clip(np.searchsorted(times, wanted), 1, times.size - 1)
+    return np.where(wanted - times[after - 1] < times[after] - wanted, after - 1, after)
 
 
 def _columns_in(read: Columns, columns: Mapping[str, str]) -> dict[str, str]:
