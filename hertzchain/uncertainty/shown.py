@@ -7,11 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hertzchain.arrays import FloatArray
 from hertzchain.report.document import (
     Document,
     Failure,
-    Overlay,
     Table,
     Verdict,
     describe,
@@ -19,7 +17,6 @@ from hertzchain.report.document import (
     number,
 )
 from hertzchain.report.verdicts import of_traces
-from hertzchain.uncertainty.spread import name_of
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -55,7 +52,10 @@ def of_validation(validation: Any) -> Document:
     return replace(
         traces,
         results={"native": replace(reference, scene=validation.spread.scene)},
-        overlays=[replace(o, band=_band(validation, k, o)) for k, o in enumerate(traces.overlays)],
+        overlays=[
+            replace(overlay, band=validation.band(k, overlay.time))
+            for k, overlay in enumerate(traces.overlays)
+        ],
         kind="Validation by measured traces",
         numbers=validation.to_dict,
         checks=(),
@@ -80,32 +80,6 @@ def of_validation(validation: Any) -> Document:
             ("uncertain", ", ".join(entry.name for entry in validation.spread.scene.uncertain)),
         ],
     )  # fmt: skip
-
-
-def _band(validation: Any, k: int, overlay: Overlay) -> tuple[FloatArray, FloatArray] | None:
-    """Return the range of a gauge's force of 90 % of the realisations [N], shape (2, samples).
-
-    The reference is as high, wide and late as the first pulse of each. The clock of the recording
-    is shifted to the mean of the gauges, as that of the traces is. None if a realisation has no
-    whole pulse.
-    """
-    known, spread = validation.judgement.known, validation.spread
-    pulses = [
-        [spread.values_of(name, name_of(read.gauge)) for read in known.readings]
-        for name in ("first_peak_force_N", "first_width_s", "arrival_time_s")
-    ]
-    read = known.readings[k]
-    height, width = pulses[0][k] / read.force, pulses[1][k] / read.width
-    late = np.array(pulses[2]) - np.array([[each.arrival] for each in known.readings])
-    if not np.isfinite([*pulses[0], *pulses[1], *pulses[2]]).all():
-        return None
-    arrival = read.arrival + late[k] - late.mean(axis=0)
-    drawn = [
-        high * known.at(k, read.arrival + (overlay.time - begin) / wide)
-        for high, wide, begin in zip(height, width, arrival, strict=True)
-    ]
-    low, high = np.percentile(drawn, (5, 95), axis=0)
-    return low, high
 
 
 def _row_of_number(row: Any) -> list[str]:
