@@ -261,6 +261,8 @@ slopes are known to a part in 300."""
 _LEAST_NOISE = 1e-6
 """Least noise over the peak: the error by the digits of files and the shift of a clock (chosen)."""
 
+_STILL_FORCE_RATIO = 0.01  # change of a force over its largest that is no pulse; chosen
+
 _END_TIME_RATIO = 1.25
 """End of runs over that of compared samples: values that make a wave slower move it."""
 
@@ -565,14 +567,19 @@ class OfTraces(Model):
         return AddedValues(of, self._sums(x, SLOPE_RTOL), slopes, covariance)
 
     def drifts(self, differences: FloatArray) -> list[str]:
-        """Sentences on gauges whose differences follow a line, if no drift of theirs is free."""
+        """Sentences on gauges that follow a line between pulses, if no drift of theirs is free."""
         said = []
         for series, part in zip(self._series, self._parts(differences), strict=True):
-            if not any(each.kind == "drift" for each in self._added.get(series.gauge, [])):
-                gauge = self.gauges[series.gauge]
-                name = column_of(gauge, self._base)
-                off = -series.noise * part
-                said += drift_of(series.time, off, series.noise, name, gauge.place)
+            if any(each.kind == "drift" for each in self._added.get(series.gauge, [])):
+                continue
+            force = part + series.without_added(series.force)
+            still = np.abs(force - force[0]) < _STILL_FORCE_RATIO * np.ptp(force)
+            if np.count_nonzero(still) < ENOUGH_QUIET_SAMPLES:
+                continue
+            time, off = series.time[still], -series.noise * part[still]
+            gauge = self.gauges[series.gauge]
+            name = column_of(gauge, self._base)
+            said += drift_of(time, off, series.noise, name, gauge.place)
         return said
 
     def _smoothed(self, values: FloatArray, width: float) -> FloatArray:

@@ -161,7 +161,11 @@ def draw_forces(axes: Axes, document: Document) -> None:
             )  # fmt: skip
     drawn = np.concatenate([np.asarray(line.get_ydata(), np.float64) for line in axes.lines])
     axes.set_ylim(*style.force_limits(float(np.min(drawn)), float(np.max(drawn))))
-    axes.set_xlim(*what_happens(result, contacts))
+    if gauges:
+        largest = np.max([np.abs(force) for _, force, _ in curves.values()], axis=0)
+        axes.set_xlim(*while_moving(history.time, largest))
+    else:
+        axes.set_xlim(*what_happens(result, contacts))
     in_units(axes.yaxis, "force on a gauge [N]" if gauges else "contact force [N]")
     in_units(axes.xaxis, "time [s]")
     axes.grid(alpha=0.25)
