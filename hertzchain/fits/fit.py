@@ -14,7 +14,7 @@ import numpy as np
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.native.backend import Native
 from hertzchain.errors import SceneError, require
-from hertzchain.fits.instrument import is_of_instrument, unit_of_key
+from hertzchain.fits.instrument import is_hum, is_of_instrument, unit_of_key
 from hertzchain.fits.model import (
     SLOPE_RTOL,
     Free,
@@ -486,48 +486,23 @@ def _parameters(
 ) -> tuple[tuple[Parameter, ...], FloatArray]:
     """Return the values of all keys and their correlations, shape (keys, keys).
 
-    What instruments add follows linearly from the variables x, whose covariance is given, and from
-    the noise.
+    What instruments add follows from the variables x, whose covariance is given, and from noise.
     """
-    keys, value, rows = [*free.keys], [*model.values(x).values()], []
-    size, added = x.size, model.added(x)
-    for k, start in enumerate(free.start):
-        rows.append(start * np.eye(size)[k])
-    of_noise = [np.zeros(added.value.size) for _ in rows]
-    for key, place in added.of:
-        turns = {key: np.array([1.0])}
-        values = {key: added.value[place]}
-        if ".hum" in key:
-            cosine, sine = added.value[place : place + 2]
-            height = math.hypot(cosine, sine)
-            phase = key.replace(".hum", ".hum_phase")
-            values = {key: height, phase: math.atan2(-sine, cosine)}
-            # their derivatives by cosine and sine
-            turns = {
-                key: np.array([cosine, sine]) / height,
-                phase: np.array([sine, -cosine]) / height**2,
-            }
-        for name, turn in turns.items():
-            row = np.zeros(added.value.size)
-            row[place : place + turn.size] = turn
-            keys.append(name)
-            value.append(values[name])
-            rows.append(row @ added.slopes)
-            of_noise.append(row)
-    moves, noise = np.array(rows), np.array(of_noise)
-    joint = moves @ covariance @ moves.T + variance * noise @ added.covariance @ noise.T
+    added, count = model.added(x), len(free.keys)
+    moves = np.concatenate([np.eye(x.size)[:count] * np.array(free.start)[:, None], added.slopes])
+    joint = moves @ covariance @ moves.T
+    joint[count:, count:] += variance * added.covariance
     deviation = np.sqrt(np.diag(joint))
-    for key, size_of, off in zip(keys, value, deviation, strict=True):
-        if key.partition("[")[0].endswith(".hum") and off >= _UNKNOWN_DEVIATION * size_of:
-            alone = _unknown_alone(model.given, off / size_of)
+    keys = *free.keys, *added.keys
+    values = *model.values(x).values(), *added.numbers
+    starts = *free.start, *[0.0] * len(added.keys)
+    parameters = []
+    for key, value, start, off in zip(keys, values, starts, deviation.tolist(), strict=True):
+        if is_hum(key) and off >= _UNKNOWN_DEVIATION * value:
+            alone = _unknown_alone(model.given, off / value)
             raise SceneError(key, None, f"{alone}, or free a drift in its place")
-    starts = [*free.start, *[0.0] * (len(keys) - len(free.start))]
-    entries = zip(keys, value, starts, deviation, strict=True)
-    parameters = tuple(
-        Parameter(key, float(at), start, float(off), unit_of_key(key))
-        for key, at, start, off in entries
-    )
-    return parameters, joint / np.outer(deviation, deviation)
+        parameters.append(Parameter(key, float(value), start, off, unit_of_key(key)))
+    return tuple(parameters), joint / np.outer(deviation, deviation)
 
 
 def _refuse_ends(model: Model, free: Free, x: FloatArray) -> None:

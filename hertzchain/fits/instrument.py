@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from typing import NamedTuple
 
@@ -56,6 +57,26 @@ class Added(NamedTuple):
     def key(self) -> str:
         """The key, such as ``gauge_6.drift``."""
         return f"{self.place}.{self.kind}"
+
+    def shown(self, sums: FloatArray) -> list[tuple[str, float, FloatArray]]:
+        """Return name, value and derivatives of each number, from factors of ``columns_of`` [SI].
+
+        A hum has two: its height and its phase, of height cos(2 pi frequency t + phase).
+        """
+        unit = np.eye(sums.size)
+        if self.kind != "hum":
+            at = ("offset", "drift").index(self.kind)
+            return [(self.kind, sums[at], unit[at])]
+        cosine, sine = sums[-2:]
+        height = math.hypot(cosine, sine)
+        of_height = (cosine * unit[-2] + sine * unit[-1]) / height
+        of_phase = (sine * unit[-2] - cosine * unit[-1]) / height**2
+        return [("hum", height, of_height), ("hum_phase", math.atan2(-sine, cosine), of_phase)]
+
+
+def is_hum(key: str) -> bool:
+    """Return whether a key is the height of a hum."""
+    return key.partition("[")[0].endswith(".hum")
 
 
 def added_of(key: str, text: str) -> Added | None:

@@ -275,13 +275,12 @@ where digits of the file, or the least noise of simulated forces, are larger tha
 class AddedValues(NamedTuple):
     """What instruments add to forces.
 
-    ``of`` has the free keys, each with the place of its value; a hum has two, those of cosine and
-    sine. ``value`` has the least squares for given variables [SI], ``slopes`` the derivatives by
-    them, and ``covariance`` that of noise of variance 1 if the variables were exact.
+    Values of least squares for given variables [SI], their derivatives by these, shape (keys,
+    variables), and their covariance by noise of variance 1 if the variables were exact.
     """
 
-    of: list[tuple[str, int]]
-    value: FloatArray
+    keys: list[str]
+    numbers: list[float]
     slopes: FloatArray
     covariance: FloatArray
 
@@ -382,7 +381,7 @@ class Model(ABC):
 
     def added(self, x: FloatArray) -> AddedValues:
         """Return what instruments add to forces, and its derivatives; nothing to peaks."""
-        return AddedValues([], np.zeros(0), np.zeros((0, x.size)), np.zeros((0, 0)))
+        return AddedValues([], [], np.zeros((0, x.size)), np.zeros((0, 0)))
 
     def _smoothed(self, values: FloatArray, width: float) -> FloatArray:  # noqa: ARG002
         return values
@@ -552,19 +551,23 @@ class OfTraces(Model):
             return super().added(x)
         from scipy.linalg import block_diag
 
-        of, place = [], 0
+        self.runs += 1
+        sums, keys, numbers, turns, place = self._sums(x, SLOPE_RTOL), [], [], [], 0
         for series in self._series:
             several = sum(other.gauge == series.gauge for other in self._series) > 1
-            width = series.columns.shape[1]
-            first_of = {"offset": place, "drift": place + 1, "hum": place + width - 2}
+            columns = slice(place, place + series.columns.shape[1])
             for each in self._added.get(series.gauge, []):
-                key = f"{each.key}[{series.file + 1}]" if several else each.key
-                of.append((key, first_of[each.kind]))
-            place += width
+                for name, value, turn in each.shown(sums[columns]):
+                    keys.append(f"{each.place}.{name}" + f"[{series.file + 1}]" * several)
+                    numbers.append(value)
+                    turns.append(np.zeros(sums.size))
+                    turns[-1][columns] = turn
+            place = columns.stop
         inverses = [series.noise * series.inverse for series in self._series]
         covariance = block_diag(*(inverse @ inverse.T for inverse in inverses))
         slopes = self._slopes(lambda end: self._sums(end, SLOPE_RTOL), x, SLOPE_RTOL)
-        return AddedValues(of, self._sums(x, SLOPE_RTOL), slopes, covariance)
+        turn = np.array(turns)
+        return AddedValues(keys, numbers, turn @ slopes, turn @ covariance @ turn.T)
 
     def drifts(self, differences: FloatArray) -> list[str]:
         """Sentences on gauges that follow a line between pulses, if no drift of theirs is free."""
