@@ -460,7 +460,7 @@ def _of(model: Model, base: Scene, free: Free, minima: Sequence[_Minimum]) -> Fi
     parameters, correlation = _parameters(model, free, x, covariance, variance)
     uncertain = tuple(
         Uncertain(parameter.key, parameter.deviation)
-        for parameter in parameters
+        for parameter in parameters[:count]
         if not is_of_instrument(parameter.key)
     )
     gauges = model.gauges or base.gauges

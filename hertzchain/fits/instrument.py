@@ -18,8 +18,9 @@ GAIN = "gain"
 
 _KEY = re.compile(
     r"(?P<place>(?:gauge|contact)_\d+|(?:near_)?wall)\."
-    r"(?P<kind>gain|droop|offset|drift|hum)(?:_phase)?(?:\[\d+\])?"
+    r"(?P<kind>gain|droop|offset|drift|hum)"
 )
+_GAUGE = re.compile(r"(?:gauge|contact)_\d+\.")
 _UNITS = {GAIN: "", "droop": "s", "offset": "N", "drift": "N/s", "hum": "N", "hum_phase": "rad"}
 
 _DROOP_START = 0.01
@@ -34,7 +35,7 @@ def is_of_instrument(key: str) -> bool:
 def unit_of_key(key: str) -> str:
     """Return the unit of a key of scene or instrument; empty for a pure number."""
     kind = key.rpartition(".")[2].partition("[")[0]
-    return _UNITS[kind] if is_of_instrument(key) else unit_of(key)
+    return _UNITS[kind] if kind in _UNITS else unit_of(key)
 
 
 def start_of(key: str) -> float:
@@ -82,6 +83,8 @@ def is_hum(key: str) -> bool:
 def added_of(key: str, text: str) -> Added | None:
     """Return what is added by a free key with this text behind its ``=``; None for other keys."""
     match = _KEY.fullmatch(key)
+    is_known = match is not None or not _GAUGE.match(key)
+    require(is_known, key, None, "is no key of a gauge, which are gain, droop, offset, drift, hum")
     if match is None or match["kind"] in ("gain", "droop"):
         return None
     if match["kind"] != "hum":
