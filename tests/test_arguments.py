@@ -60,7 +60,7 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "write_trajectory": (hc.write_trajectory, {"result": RESULT, "path": "a.xyz"}),
     "judge": (hc.judge, {"scene": SCENE, "results": [1.0, 1.0], "tolerance": 0.1, "dt": None}),
     "examine": (hc.examine, {"scene": SCENE, "deck": "no.in", "variables": {}, "lmp": None}),
-    "fit": (hc.fit, {"scene": SCENE, "traces": "no.csv", "free": ["gain"], "shift": True}),
+    "fit": (hc.fit, {"scene": SCENE, "traces": "no.csv", "free": ["gain"], "clock": "own"}),
     "spread": (hc.spread, {"scene": SCENE, "realisations": 16, "seed": 1, "progress": None}),
     "speed": (theory.solitary_wave_speed, {"chain": CHAIN, "peak_force": 1.0}),
     "applied_force": (theory.applied_force, {"time": [0.0], "pulse": PULSE, "rise_time": 1.0}),

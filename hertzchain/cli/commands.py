@@ -8,7 +8,7 @@ import typer
 
 from hertzchain.cli.decks import certify, deck, examine, lint, unit_test
 from hertzchain.cli.doctor import doctor
-from hertzchain.cli.lab import fit, judge, pulse, spread
+from hertzchain.cli.lab import fit, judge, pulse, spectrum, spread
 from hertzchain.cli.options import with_groups
 from hertzchain.cli.run import compare, run
 from hertzchain.cli.scenes import init, predict, timestep, tradeoff
@@ -46,7 +46,7 @@ def _options(
 
 # A command is a function with options; --help lists them in this order.
 for command in (
-    *(init, pulse, run, compare, judge, fit, examine, tradeoff, timestep, spread, sweep, plot),
-    *(predict, deck, lint, unit_test, certify, doctor),
+    *(init, pulse, run, compare, judge, fit, examine, tradeoff, timestep, spectrum, spread),
+    *(sweep, plot, predict, deck, lint, unit_test, certify, doctor),
 ):
     app.command()(with_groups(command))

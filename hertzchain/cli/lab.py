@@ -1,4 +1,4 @@
-"""hertzchain pulse, judge, fit and spread: measured forces, and what is uncertain."""
+"""hertzchain pulse, judge, fit, spectrum and spread: measured forces, and what is uncertain."""
 
 from __future__ import annotations
 
@@ -218,6 +218,38 @@ def judge(
     outputs.end(document_of(judgement))
 
 
+@dataclass(frozen=True)
+class FitOptions(options.TraceOptions):
+    """Options of how a fit reads files of measured forces."""
+
+    own_clocks: Annotated[
+        bool,
+        typer.Option(
+            "--own-clocks",
+            help="Each file has a clock of its own. Default: files of different gauges share one,"
+            " as channels of one record.",
+        ),
+    ] = False
+    hum: Annotated[
+        str | None,
+        typer.Option(metavar="HZ", help="Frequency of the hum of --free gauge_6.hum, such as 50."),
+    ] = None
+
+    @property
+    def clock(self) -> str:
+        """The clock of the files."""
+        both = self.own_clocks and self.no_shift
+        require(not both, "--own-clocks", None, "cannot go with --no-shift: leave one of them out")
+        return "own" if self.own_clocks else "run" if self.no_shift else "shared"
+
+    def with_hum(self, free: list[str]) -> list[str]:
+        """Return free keys, those of hum with its frequency."""
+        is_hum = [key.strip().endswith(".hum") for key in free]
+        options.refuse_without_need(any(is_hum), hum=self.hum)
+        hum = f"={self.hum}" if self.hum else ""
+        return [key + hum if has_hum else key for key, has_hum in zip(free, is_hum, strict=True)]
+
+
 _TIE = "chain.granules='0.2 / (2 * chain.radius)'"
 
 
@@ -236,7 +268,7 @@ def fit(
         metavar="KEY",
         help="A key of the scene to be fitted, such as chain.young_modulus, with a range where"
         " wanted, KEY=LOW:HIGH; repeatable. gain: the ratio of measured to true forces, the same"
-        " for all gauges.",
+        " for all gauges; gauge_6.gain, .offset, .drift, .droop, .hum: of the gauge of a column.",
     ),
     tie: list[str] | None = typer.Option(
         None,
@@ -244,13 +276,7 @@ def fit(
         help="A key that follows from others by a formula of their full names, in SI units;"
         f" repeatable. A fixed length: {_TIE}.",
     ),
-    how: options.TraceOptions,
-    own_clocks: bool = typer.Option(
-        False,
-        "--own-clocks",
-        help="Each file has a clock of its own. Default: files of different gauges share one, as"
-        " channels of one record.",
-    ),
+    how: FitOptions,
     output: Path | None = typer.Option(
         None, "-o", "--output", metavar="FILE", help="Write the fitted scene (.toml)."
     ),
@@ -265,19 +291,51 @@ def fit(
     from hertzchain.fits import fit as fits
 
     check_files([scene, *traces], [output])
-    columns = how.columns
     limit = options.to_time_limit(time_limit)
     loaded = options.load_scene(scene)
     ties = options.by_name("--tie", tie or [], _TIE)
     with progress() as report_progress, compiling(report_progress):
         fitted = fits.fit(
-            loaded, traces, free, ties=ties, columns=columns, shift=not how.no_shift,
-            own_clocks=own_clocks, time_limit=limit, progress=report_progress,
+            loaded, traces, how.with_hum(free), ties=ties, columns=how.columns, clock=how.clock,
+            time_limit=limit, progress=report_progress,
         )  # fmt: skip
     show(as_json, fitted.to_dict, lambda console: console.print(repr(fitted)))
     write_file("Scene", output, fitted.scene.to_toml)
     if not fitted.is_noise:
         raise typer.Exit(OUT_OF_TOLERANCE)
+
+
+def spectrum(
+    scene: options.SceneFile,
+    *,
+    gauge: str = typer.Option(
+        ...,
+        metavar="GAUGE",
+        help="The granule whose force is wanted, such as 6; or contact_10, wall, near_wall.",
+    ),
+    time_limit: options.TimeLimit = "1 h",
+    picture: options.PictureOptions,
+    as_json: options.AsJson = False,
+) -> None:
+    """Show the amplitude spectrum of a force.
+
+    A pressed chain of granules that are alike, or of two kinds in turn, also has the edges of its
+    bands, by formulas. A later end_time in [run] makes the bins narrower.
+    """
+    from hertzchain.engines.native.backend import Native
+    from hertzchain.pulses.spectrum import spectrum_of, times_of
+    from hertzchain.report.spectrum import plot_spectrum, print_spectrum
+    from hertzchain.verdict.traces import gauge_of
+
+    check_files([scene], plot=picture.plot)
+    inches, loaded = picture.inches, options.load_scene(scene)
+    place = gauge_of(f"gauge_{gauge}" if gauge.isdecimal() else gauge, loaded)
+    limit = options.to_time_limit(time_limit)
+    with progress() as report_progress, compiling(report_progress):
+        backend = Native(time_limit=limit, wanted="all")
+        result = spectrum_of(backend.run(loaded, times_of(loaded)), place)
+    show(as_json, result.to_dict, lambda console: print_spectrum(console, result))
+    write_file("Plot", picture.plot, lambda path: plot_spectrum(result, inches).write(path))
 
 
 def spread(

@@ -14,8 +14,8 @@ import numpy as np
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.native.backend import Native
 from hertzchain.errors import SceneError, require
+from hertzchain.fits.instrument import is_hum, is_of_instrument, unit_of_key
 from hertzchain.fits.model import (
-    GAIN,
     SLOPE_RTOL,
     Free,
     Model,
@@ -32,7 +32,6 @@ from hertzchain.observables.result import context_of
 from hertzchain.scene.scene import Scene, SceneLike, to_scene
 from hertzchain.scene.terms import Uncertain
 from hertzchain.showing import ShowProgress, telling
-from hertzchain.sweeps.columns import unit_of
 from hertzchain.sweeps.design import sobol_points
 from hertzchain.verdict.results import COLUMNS, read
 from hertzchain.verdict.traces import (
@@ -66,9 +65,11 @@ class Parameter:
     Parameters
     ----------
     key
-        Its key in the scene file, or ``gain``.
+        Its key in the scene file, ``gain``, or one of a gauge such as ``gauge_6.drift``; a hum is
+        ``gauge_6.hum`` cos(2 pi frequency t + ``gauge_6.hum_phase``) at the time t of the file.
+        Where several files have the gauge, the number of the file follows: ``gauge_6.drift[2]``.
     value, start
-        The fitted value, and that of the given scene, in SI units.
+        The fitted value, and that of the given scene, in SI units; 0 for what is added to a force.
     deviation
         Its standard deviation.
     unit
@@ -123,7 +124,7 @@ class Fit:
     noise_is_known
         False for peaks, whose relative noise is that of the differences.
     of_recordings
-        Sentences on clipped recordings; usually none.
+        Sentences on recordings, such as clipped ones and those that drift; usually none.
     """
 
     scene: Scene
@@ -261,6 +262,9 @@ _END_RATIO = 1e-6
 inside by less."""
 
 
+_CLOCKS = ("shared", "own", "run")
+
+
 def fit(
     scene: SceneLike,
     traces: Measured | Sequence[Measured],
@@ -268,8 +272,7 @@ def fit(
     *,
     ties: Mapping[str, str] | None = None,
     columns: Mapping[str, str] | None = None,
-    shift: bool = True,
-    own_clocks: bool = False,
+    clock: str = "shared",
     time_limit: float = TIME_LIMIT,
     progress: ShowProgress = None,
 ) -> Fit:
@@ -286,15 +289,18 @@ def fit(
     free
         Keys to be fitted, such as ``chain.young_modulus``, with a range where wanted,
         ``chain.gap=1 um:9 um``; ``gain`` is the ratio of the measured to the true force, the same
-        for all gauges.
+        for all gauges. Of one gauge, named as its column without its unit: ``gauge_6.gain``,
+        ``gauge_6.droop``, the time constant of a charge amplifier [s], ``gauge_6.offset`` at the
+        time 0 of the file [N], ``gauge_6.drift`` [N/s], and ``gauge_6.hum=50 Hz``.
     ties
         Formulas of keys that follow from others, in SI units by full names:
         ``{"chain.granules": "0.2 / (2 * chain.radius)"}`` keeps the length.
-    columns, shift, progress
-        As for ``judge_traces``; the shift of each clock is fitted, too.
-    own_clocks
-        Whether each file has a clock of its own. By default files of different gauges share one, as
-        channels of one record.
+    columns, progress
+        As for ``judge_traces``.
+    clock
+        ``shared``: files of different gauges are channels of one record and share a clock, other
+        files have their own, and the time at which the run begins is fitted. ``own``: each file has
+        its own. ``run``: clocks are that of the run.
     time_limit
         Time limit of the whole fit [s].
 
@@ -308,6 +314,8 @@ def fit(
     TooExpensive
         If it takes longer than the time limit.
     """
+    allowed = f"must be one of {', '.join(_CLOCKS)}"
+    require(clock in _CLOCKS, "clock", clock, allowed)
     scene, deadline = to_scene(scene), Deadline(time_limit)
     chosen = free_of(scene, free, ties)
     is_list = isinstance(traces, Sequence) and not isinstance(traces, str)
@@ -322,11 +330,11 @@ def fit(
         model: Model
         if any(_are_peaks(table, columns or {}) for table in given):
             allowed = "are of traces, and these are peaks: leave them out"
-            require(shift and not columns, "columns and the clock", None, allowed)
+            require(clock == "shared" and not columns, "columns and the clock", None, allowed)
             model = OfPeaks(scene, chosen, [_peaks(scene, table) for table in given], deadline)
         else:
-            measured = read_records(scene, given, columns or {}, own_clocks)
-            model = _of_traces(scene, chosen, measured, deadline, shift)
+            measured = read_records(scene, given, columns or {}, clock == "own")
+            model = _of_traces(scene, chosen, measured, deadline, is_shifted=clock != "run")
         _refuse_alike(model.slopes(model.begin, rtol=SLOPE_RTOL), chosen, model.given)
         flies = bool(np.any(np.greater(model.scene(model.begin).granules.gap, 0)))
         minima: list[_Minimum] = []
@@ -358,7 +366,7 @@ def _peaks(scene: Scene, given: Any) -> FloatArray:
 
 
 def _of_traces(
-    scene: Scene, free: Free, measured: list[Traces], deadline: Deadline, shift: bool
+    scene: Scene, free: Free, measured: list[Traces], deadline: Deadline, *, is_shifted: bool
 ) -> Model:
     first, files = free.scene(scene, np.ones(len(free.keys))), []
     runs = deadline.spend(
@@ -368,8 +376,9 @@ def _of_traces(
         ]
     )
     for traces, expected in zip(measured, runs, strict=True):
-        files.append((*aligned(traces, expected, None if shift else 0.0), expected))
-    return OfTraces(scene, free, files, deadline, is_shifted=shift)
+        levelled, begin = aligned(traces, expected, None if is_shifted else 0.0)
+        files.append((replace(traces, noise=levelled.noise), begin, expected))
+    return OfTraces(scene, free, files, deadline, is_shifted=is_shifted)
 
 
 def _searches(model: Model, free: Free) -> Iterator[tuple[FloatArray, tuple[float, ...]]]:
@@ -437,7 +446,7 @@ def _beside(model: Model, minimum: _Minimum) -> FloatArray | None:
 def _of(model: Model, base: Scene, free: Free, minima: Sequence[_Minimum]) -> Fit:
     """Return the fit of the first minimum."""
     best = minima[0]
-    x, off, start, count = best.x, best.off, free.start, len(free.keys)
+    x, off, count = best.x, best.off, len(free.keys)
     slopes = model.slopes(x, rtol=SLOPE_RTOL)
     _refuse_alike(slopes, free, model.given)
     # Correlated samples carry less information than as many independent ones.
@@ -451,29 +460,55 @@ def _of(model: Model, base: Scene, free: Free, minima: Sequence[_Minimum]) -> Fi
     relative = deviation[:count] / np.abs(x[:count])
     worst = int(np.argmax(relative))
     if relative[worst] >= _UNKNOWN_DEVIATION:
-        alone = f"is not known from these {model.given}, to {relative[worst]:.0%} alone"
-        if relative[worst] > 1:
-            alone = f"these {model.given} do not depend on it beyond their noise"
+        alone = _unknown_alone(model.given, relative[worst])
         moved = _moves(covariance[:count, :count])[:, -1]
-        raise _refusal(moved, free, f"{alone}: leave it out", model.given)
-    parameters = tuple(
-        Parameter(
-            key, float(x[k]) * start[k], start[k], float(deviation[k]) * abs(start[k]), unit_of(key)
-        )
-        for k, key in enumerate(free.keys)
-    )
-    correlation = (covariance / np.outer(deviation, deviation))[:count, :count]
+        raise _refusal(moved, free, alone, model.given)
+    parameters, correlation = _parameters(model, free, x, covariance, variance)
     uncertain = tuple(
         Uncertain(parameter.key, parameter.deviation)
-        for parameter in parameters
-        if parameter.key != GAIN
+        for parameter in parameters[:count]
+        if not is_of_instrument(parameter.key)
     )
     gauges = model.gauges or base.gauges
     fitted = replace(model.scene(x), run=base.run, gauges=gauges, uncertain=uncertain)
-    return Fit(
+    result = Fit(
         fitted, parameters, correlation, tuple(model.shifts(x).tolist()), best.mean_square, along,
         model.size, model.runs, model.chance(off), model.noise_is_known, model.remarks,
     )  # fmt: skip
+    if result.is_noise:
+        return result
+    return replace(result, of_recordings=(*model.remarks, *model.drifts(off)))
+
+
+def _unknown_alone(given: str, relative: float) -> str:
+    alone = f"is not known from these {given}, to {relative:.0%} alone"
+    if relative > 1:
+        alone = f"these {given} do not depend on it beyond their noise"
+    return f"{alone}: leave it out"
+
+
+def _parameters(
+    model: Model, free: Free, x: FloatArray, covariance: FloatArray, variance: float
+) -> tuple[tuple[Parameter, ...], FloatArray]:
+    """Return the values of all keys and their correlations, shape (keys, keys).
+
+    What instruments add follows from the variables x, whose covariance is given, and from noise.
+    """
+    added, count = model.added(x), len(free.keys)
+    moves = np.concatenate([np.eye(x.size)[:count] * np.array(free.start)[:, None], added.slopes])
+    joint = moves @ covariance @ moves.T
+    joint[count:, count:] += variance * added.covariance
+    deviation = np.sqrt(np.diag(joint))
+    keys = *free.keys, *added.keys
+    values = *model.values(x).values(), *added.numbers
+    starts = *free.start, *[0.0] * len(added.keys)
+    parameters = []
+    for key, value, start, off in zip(keys, values, starts, deviation.tolist(), strict=True):
+        if is_hum(key) and off >= _UNKNOWN_DEVIATION * value:
+            alone = _unknown_alone(model.given, off / value)
+            raise SceneError(key, None, f"{alone}, or free a drift in its place")
+        parameters.append(Parameter(key, float(value), start, off, unit_of_key(key)))
+    return tuple(parameters), joint / np.outer(deviation, deviation)
 
 
 def _refuse_ends(model: Model, free: Free, x: FloatArray) -> None:

@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 import re
 from abc import ABC, abstractmethod
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -15,9 +15,21 @@ from hertzchain.arrays import FloatArray
 from hertzchain.engines.native.backend import Native, motion_at
 from hertzchain.engines.native.batch import on_cores
 from hertzchain.errors import RunFailed, SceneError, require
+from hertzchain.fits.instrument import (
+    GAIN,
+    Added,
+    added_of,
+    columns_of,
+    drooped,
+    is_of_instrument,
+    place_of,
+    start_of,
+    unit_of_key,
+)
 from hertzchain.limits import TOLERANCE, Deadline
 from hertzchain.observables.result import Result
-from hertzchain.pulses.recording import MOST_EXTENT
+from hertzchain.pulses.recording import MOST_EXTENT, noise_before, resolution_of
+from hertzchain.scene.keys import to_si
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Run
 from hertzchain.scene.terms import Gauge
@@ -27,14 +39,16 @@ from hertzchain.sweeps.columns import (
     changed,
     full_key,
     is_whole,
-    unit_of,
 )
-from hertzchain.sweeps.design import Axis, axis_of
+from hertzchain.sweeps.design import axis_of
 from hertzchain.verdict.traces import (
     ENOUGH_QUIET_SAMPLES,
     FEWEST_SAMPLES,
     Expected,
     Traces,
+    column_of,
+    drift_of,
+    gauge_of,
     read_in,
 )
 
@@ -119,8 +133,7 @@ def tied(scene: Scene, ties: tuple[Tie, ...], values: Mapping[str, Any]) -> dict
     return {name: every[name] for name in (*values, *(tie.key for tie in ties))}
 
 
-GAIN = "gain"
-"""A key that no scene has: ratio of measured to true force, the same for all gauges."""
+_TWICE = "names a key twice"
 
 _MOST_FACTOR = 100.0
 """Largest factor by which a value may change if no range is given."""
@@ -136,7 +149,7 @@ def limits_of(key: str) -> tuple[float, float]:
 
 def with_unit(key: str, value: float) -> str:
     """Return the value of a key in words, such as 1.93e+11 Pa."""
-    return f"{value:g} {unit_of(key)}".rstrip()
+    return f"{value:g} {unit_of_key(key)}".rstrip()
 
 
 @dataclass(frozen=True, eq=False)
@@ -155,6 +168,8 @@ class Free:
         Whether the ends were given, of each key.
     ties
         Keys that follow from them.
+    added
+        What instruments add to forces, which is solved for exactly and has no start.
     """
 
     keys: tuple[str, ...]
@@ -163,6 +178,7 @@ class Free:
     high: FloatArray
     is_given: tuple[bool, ...]
     ties: tuple[Tie, ...]
+    added: tuple[Added, ...]
 
     def values(self, x: FloatArray) -> dict[str, float]:
         """Values of the keys by name, from those over the start values; x may have others after."""
@@ -171,7 +187,7 @@ class Free:
 
     def scene(self, base: Scene, x: FloatArray) -> Scene:
         """Return a scene with these values."""
-        values = {key: value for key, value in self.values(x).items() if key != GAIN}
+        values = {key: at for key, at in self.values(x).items() if not is_of_instrument(key)}
         return changed(base, tied(base, self.ties, values))
 
 
@@ -179,16 +195,27 @@ def free_of(scene: Scene, given: Sequence[str], ties: Mapping[str, str] | None) 
     """Return free keys, from their names or from ``"chain.radius=4 mm:6 mm"``."""
     is_list = isinstance(given, Sequence) and not isinstance(given, str) and len(given) > 0
     require(is_list, "free", given, "must be a list of keys, such as ['chain.young_modulus']")
-    pairs = [text.partition("=")[::2] for text in given]
-    keys = [name if name == GAIN else full_key(name.strip(), scene) for name, _ in pairs]
-    require(len(set(keys)) == len(keys), "free", given, "names a key twice")
+    pairs, added = [], []
+    for text in given:
+        name, _, behind = (part.strip() for part in str(text).partition("="))
+        of_gauge = added_of(name, behind)
+        if of_gauge is not None:
+            added.append(of_gauge)
+        else:
+            pairs.append((name if is_of_instrument(name) else full_key(name, scene), behind))
+    keys = [key for key, _ in pairs]
+    allowed = "must have a key of the scene, a gain or a droop, too, besides what is only added"
+    require(bool(keys), "free", given, allowed)
+    require(len({*keys, *(each.key for each in added)}) == len(given), "free", given, _TWICE)
     start, ranges = [], []
-    for key, (_, text) in zip(keys, pairs, strict=True):
-        value: Any = 1.0 if key == GAIN else base_values(scene, [key])[key]
+    for key, text in pairs:
+        is_of_scene = not is_of_instrument(key)
+        value: Any = base_values(scene, [key])[key] if is_of_scene else start_of(key)
         span = _span(key, text) if text else None
-        if span is not None and isinstance(value, float) and (value == 0 or np.isnan(value)):
-            value = float(span.values.mean())
-        is_number = isinstance(value, float) and not (key != GAIN and is_whole(key))
+        is_open = isinstance(value, float) and (value == 0 or np.isnan(value))
+        if span is not None and (is_open or not is_of_scene):
+            value = sum(span) / 2
+        is_number = isinstance(value, float) and not (is_of_scene and is_whole(key))
         allowed = (
             "cannot be fitted: the scene must have a number other than 0, and no whole number, from"
             " which the fit starts, or be given a range"
@@ -196,11 +223,12 @@ def free_of(scene: Scene, given: Sequence[str], ties: Mapping[str, str] | None) 
         require(is_number and np.isfinite(value) and value != 0, key, value, allowed)
         least, most = limits_of(key)
         if span is None:
-            ends = sorted((least / value, most / value))
-            ranges.append((max(ends[0], 1 / _MOST_FACTOR), min(ends[1], _MOST_FACTOR)))
+            lower, upper = sorted((least / value, most / value))
+            ranges.append((max(lower, 1 / _MOST_FACTOR), min(upper, _MOST_FACTOR)))
         else:
-            least, most = max(least, float(span.values[0])), min(most, float(span.values[1]))
-            ranges.append(tuple(sorted((least / value, most / value))))
+            least, most = max(least, span[0]), min(most, span[1])
+            lower, upper = sorted((least / value, most / value))
+            ranges.append((lower, upper))
         start.append(float(value))
         within = f"{least:g} and {with_unit(key, most)}"
         allowed = f"is {with_unit(key, value)}, must be within {within}, to begin with"
@@ -208,14 +236,22 @@ def free_of(scene: Scene, given: Sequence[str], ties: Mapping[str, str] | None) 
     low, high = np.array(ranges).T
     is_given = tuple(bool(text) for _, text in pairs)
     tied = ties_of(scene, ties or {}, keys)
-    return Free(tuple(keys), tuple(start), low, high, is_given, tied)
+    return Free(tuple(keys), tuple(start), low, high, is_given, tied, tuple(added))
 
 
-def _span(key: str, text: str) -> Axis:
-    span = axis_of(key, text) if key != GAIN and ":" in text else None
+def _span(key: str, text: str) -> tuple[float, float]:
+    """Return the ends of a range, LOW:HIGH."""
+    allowed = "must be the ends of its range, LOW:HIGH"
+    if is_of_instrument(key):
+        ends = text.split(":")
+        require(len(ends) == 2, key, text, allowed)
+        low, high = (to_si(key, end, unit_of_key(key)) for end in ends)
+        require(0 < low < high, key, text, allowed)
+        return low, high
+    span = axis_of(key, text) if ":" in text else None
     if span is None or not span.is_sampled or span.form == "log":
-        raise SceneError(key, text, "must be the ends of its range, LOW:HIGH")
-    return span
+        raise SceneError(key, text, allowed)
+    return float(span.values[0]), float(span.values[1])
 
 
 _SEARCH_STEP, _FINE_STEP = 1e-3, 1e-4
@@ -233,6 +269,8 @@ slopes are known to a part in 300."""
 _LEAST_NOISE = 1e-6
 """Least noise over the peak: the error by the digits of files and the shift of a clock (chosen)."""
 
+_STILL_FORCE_RATIO = 0.01  # change of a force over its largest that is no pulse; chosen
+
 _END_TIME_RATIO = 1.25
 """End of runs over that of compared samples: values that make a wave slower move it."""
 
@@ -240,6 +278,19 @@ _END_TIME_RATIO = 1.25
 _LEAST_QUIET_VARIANCE = 0.5
 """Least variance of quiet samples over that of the noise (chosen): 1 where they have the noise, 0
 where digits of the file, or the least noise of simulated forces, are larger than any."""
+
+
+class AddedValues(NamedTuple):
+    """What instruments add to forces.
+
+    Values of least squares for given variables [SI], their derivatives by these, shape (keys,
+    variables), and their covariance by noise of variance 1 if the variables were exact.
+    """
+
+    keys: list[str]
+    numbers: list[float]
+    slopes: FloatArray
+    covariance: FloatArray
 
 
 class Model(ABC):
@@ -312,26 +363,40 @@ class Model(ABC):
             forces = self._read(x, rtol)
         except SceneError as problem:
             raise RunFailed(f"with {said(values)}, which the fit tried: {problem}") from None
-        return self._smoothed(values.get(GAIN, 1.0) * forces - self._measured, width)
+        return self._smoothed(forces - self._measured, width)
 
     def slopes(self, x: FloatArray, width: float = 0.0, rtol: float | None = None) -> FloatArray:
         """Derivatives of the differences, shape (samples, varied), from central differences."""
+        return self._slopes(lambda end: self._differences(end, width, rtol), x, rtol)
+
+    def _slopes(
+        self, of: Callable[[FloatArray], FloatArray], x: FloatArray, rtol: float | None
+    ) -> FloatArray:
+        """Derivatives of some values of runs, shape (values, varied), from central differences."""
         steps = np.full(x.size, _SEARCH_STEP if rtol is None else _FINE_STEP)
         steps[: self._keys] *= x[: self._keys]
         moves = np.diag(steps)
         before, after = (np.clip(x + sign * moves, self.low, self.high) for sign in (-1, 1))
         self.runs += 2 * x.size
         ends = [*before, *after]
-        differences = list(on_cores(lambda end: self._differences(end, width, rtol), ends))
+        differences = list(on_cores(of, ends))
         changes = np.array(differences[x.size :]) - np.array(differences[: x.size])
         return np.asarray(changes.T / np.diag(after - before))
 
     @abstractmethod
     def _read(self, x: FloatArray, rtol: float | None) -> FloatArray:
-        """Forces of the scene with other values over the noise, shape (samples,)."""
+        """Measured forces of the scene with other values over the noise, shape (samples,)."""
+
+    def added(self, x: FloatArray) -> AddedValues:
+        """Return what instruments add to forces, and its derivatives; nothing to peaks."""
+        return AddedValues([], [], np.zeros((0, x.size)), np.zeros((0, 0)))
 
     def _smoothed(self, values: FloatArray, width: float) -> FloatArray:  # noqa: ARG002
         return values
+
+    def drifts(self, differences: FloatArray) -> list[str]:  # noqa: ARG002
+        """Sentences on gauges that drift; none on peaks."""
+        return []
 
     @abstractmethod
     def chance(self, differences: FloatArray) -> float:
@@ -349,13 +414,16 @@ class Series:
     time
         On the measured clock [s], shape (samples,).
     force
-        Without offset, over the noise, shape (samples,).
+        Over the noise, shape (samples,).
     noise
         Standard deviation of the noise [N].
     quiet
         Number of samples at the start before anything arrives.
     block
         Samples in half the width of the narrowest pulse.
+    columns, inverse
+        What an offset, and what else is added, adds for each unit [N], shape (samples, values); and
+        the inverse that gives these values by least squares.
     """
 
     file: int
@@ -365,6 +433,12 @@ class Series:
     noise: float
     quiet: int
     block: int
+    columns: FloatArray
+    inverse: FloatArray
+
+    def without_added(self, values: FloatArray) -> FloatArray:
+        """Return values less the offset, and what else is added, that is nearest to them."""
+        return np.asarray(values - self.columns @ (self.inverse @ values))
 
 
 class OfTraces(Model):
@@ -383,32 +457,62 @@ class OfTraces(Model):
         self.gauges = tuple(dict.fromkeys(gauge for traces, *_ in files for gauge in traces.gauges))
         self.remarks = tuple(remark for traces, *_ in files for remark in traces.remarks)
         self._shifts = np.array([shift for _, shift, _ in files])
+        self._added: dict[int, list[Added]] = {}
+        for each in free.added:
+            self._added.setdefault(self._place(each.place), []).append(each)
+        of_gauges = {key: place_of(key) for key in free.keys if place_of(key)}
+        self._gains, self._droops = (
+            {self._place(place): key for key, place in of_gauges.items() if key.endswith(kind)}
+            for kind in (".gain", ".droop")
+        )
         self._series = [
             series for k, file in enumerate(files) for series in self._compared(k, *file)
         ]
-        self.offsets = len(self._series)
-        self._measured = np.concatenate([series.force for series in self._series])
+        self.offsets = sum(series.columns.shape[1] for series in self._series)
+        self._measured = np.concatenate([s.without_added(s.force) for s in self._series])
         self._gauge = np.repeat(
             [series.gauge for series in self._series], [series.time.size for series in self._series]
         )
         noise = 1 / max(np.ptp(series.force) for series in self._series)
         self._rtol = float(np.clip(_RTOL_OVER_NOISE * noise, SLOPE_RTOL, _LOOSEST_RTOL))
 
+    def _place(self, place: str) -> int:
+        """Return the number of the gauge that a key names; SceneError if it was not measured."""
+        gauge = gauge_of(place, self._base)
+        names = ", ".join(column_of(each, self._base) for each in self.gauges)
+        require(gauge in self.gauges, place, None, f"was not measured: the traces have {names}")
+        return self.gauges.index(gauge)
+
     def _compared(self, at: int, traces: Traces, shift: float, expected: Expected) -> list[Series]:
-        """Return the samples of a file while the scene is known."""
-        during = (traces.time >= shift) & (traces.time - shift <= expected.until)
+        """Return the samples of a file while the scene is known.
+
+        Samples before the run begins are only of use for what instruments add.
+        """
+        begin = traces.time[0] if self._free.added else shift
+        during = (traces.time >= begin) & (traces.time - shift <= expected.until)
         time, compared = traces.time[during], []
         allowed = "have no samples while the scene is known: check clock and unit"
         require(time.size > FEWEST_SAMPLES, "traces", None, allowed)
         width = np.nanmin([read.width for read in expected.readings])
         block = max(int(0.5 * width / np.median(np.diff(time))), 1)
         for k, (gauge, read) in enumerate(zip(traces.gauges, expected.readings, strict=True)):
-            least = _LEAST_NOISE * np.max(np.abs(expected.force[:, k]))
-            noise = max(float(traces.noise[k]), float(least))
-            force = _centred(traces.force[during, k] / noise)
+            place, force = self.gauges.index(gauge), traces.force[during, k]
+            columns = columns_of(self._added.get(place, []), time)
             quiet = int(np.searchsorted(time, shift + read.arrival - width))
-            place = self.gauges.index(gauge)
-            compared.append(Series(at, place, time, force, noise, quiet, block))
+            noise = float(traces.noise[k])
+            if columns.shape[1] > 1 and quiet >= ENOUGH_QUIET_SAMPLES:
+                before = columns[:quiet]
+                left = force[:quiet] - before @ np.linalg.lstsq(before, force[:quiet])[0]
+                noise = noise_before(left, 1.0, resolution_of(force)).deviation
+            noise = max(noise, float(_LEAST_NOISE * np.max(np.abs(expected.force[:, k]))))
+            allowed = "needs samples before the pulse arrives, when the amplifier has no charge"
+            require(
+                place not in self._droops or quiet > 0, self._droops.get(place, ""), None, allowed
+            )
+            compared.append(Series(
+                at, place, time, force / noise, noise, quiet, block, columns,
+                np.linalg.pinv(columns).astype(np.float64),
+            ))  # fmt: skip
         return compared
 
     def shifts(self, x: FloatArray) -> FloatArray:
@@ -420,19 +524,74 @@ class OfTraces(Model):
         """Return the values of each series."""
         return np.split(values, np.cumsum([series.time.size for series in self._series])[:-1])
 
-    def _read(self, x: FloatArray, rtol: float | None) -> FloatArray:
-        """Forces over the noise, recorded at the very times of the samples.
+    def _forces(self, x: FloatArray, rtol: float | None) -> list[FloatArray]:
+        """Forces of each series over its noise, recorded at the very times of the samples.
 
         Where contacts begin with a collision, forces of dampers rise too steeply for splines.
         """
         shifts, scene = self.shifts(x), self.scene(x)
-        places = [series.time - shifts[series.file] for series in self._series]
-        clipped = np.clip(np.concatenate(places), 0.0, scene.end_time)
+        places = np.concatenate([series.time - shifts[series.file] for series in self._series])
+        clipped = np.clip(places, 0.0, scene.end_time)
         times, place = np.unique(clipped, return_inverse=True)
         history = motion_at(scene, times, rtol or self._rtol, self._deadline)
-        force = read_in(scene, self.gauges, history)[place, self._gauge]
-        pairs = zip(self._series, self._parts(force), strict=True)
-        return np.concatenate([_centred(part / series.noise) for series, part in pairs])
+        force = read_in(scene, self.gauges, history)[place, self._gauge] * (places >= 0)
+        parts, values = self._parts(force), self.values(x)
+        for k, series in enumerate(self._series):
+            if series.gauge in self._droops:
+                constant = values[self._droops[series.gauge]]
+                parts[k] = drooped(series.time, parts[k], constant)
+            gains = values.get(GAIN, 1.0), values.get(self._gains.get(series.gauge, ""), 1.0)
+            parts[k] = np.prod(gains) / series.noise * parts[k]
+        return parts
+
+    def _read(self, x: FloatArray, rtol: float | None) -> FloatArray:
+        pairs = zip(self._series, self._forces(x, rtol), strict=True)
+        return np.concatenate([series.without_added(part) for series, part in pairs])
+
+    def _sums(self, x: FloatArray, rtol: float | None) -> FloatArray:
+        """Return offsets, and all else that is added, by least squares [SI]."""
+        pairs = zip(self._series, self._forces(x, rtol), strict=True)
+        return np.concatenate([s.noise * s.inverse @ (s.force - part) for s, part in pairs])
+
+    def added(self, x: FloatArray) -> AddedValues:
+        """Return what instruments add to forces, and its derivatives."""
+        if not self._added:
+            return super().added(x)
+        from scipy.linalg import block_diag
+
+        self.runs += 1
+        sums, keys, numbers, turns, place = self._sums(x, SLOPE_RTOL), [], [], [], 0
+        for series in self._series:
+            several = sum(other.gauge == series.gauge for other in self._series) > 1
+            columns = slice(place, place + series.columns.shape[1])
+            for each in self._added.get(series.gauge, []):
+                for name, value, turn in each.shown(sums[columns]):
+                    keys.append(f"{each.place}.{name}" + f"[{series.file + 1}]" * several)
+                    numbers.append(value)
+                    turns.append(np.zeros(sums.size))
+                    turns[-1][columns] = turn
+            place = columns.stop
+        inverses = [series.noise * series.inverse for series in self._series]
+        covariance = block_diag(*(inverse @ inverse.T for inverse in inverses))
+        slopes = self._slopes(lambda end: self._sums(end, SLOPE_RTOL), x, SLOPE_RTOL)
+        turn = np.array(turns)
+        return AddedValues(keys, numbers, turn @ slopes, turn @ covariance @ turn.T)
+
+    def drifts(self, differences: FloatArray) -> list[str]:
+        """Sentences on gauges that follow a line between pulses, if no drift of theirs is free."""
+        said = []
+        for series, part in zip(self._series, self._parts(differences), strict=True):
+            if any(each.kind == "drift" for each in self._added.get(series.gauge, [])):
+                continue
+            force = part + series.without_added(series.force)
+            still = np.abs(force - force[0]) < _STILL_FORCE_RATIO * np.ptp(force)
+            if np.count_nonzero(still) < ENOUGH_QUIET_SAMPLES:
+                continue
+            time, off = series.time[still], -series.noise * part[still]
+            gauge = self.gauges[series.gauge]
+            name = column_of(gauge, self._base)
+            said += drift_of(time, off, series.noise, name, gauge.place)
+        return said
 
     def _smoothed(self, values: FloatArray, width: float) -> FloatArray:
         """Smooth values along each series, so that pulses that meet wrong ones cause no minima."""
@@ -488,11 +647,6 @@ def lasting(differences: FloatArray) -> tuple[float, float]:
     return along, 1.0 if is_white else max((1 + along) / max(1 - along, 1e-3), 1.0)
 
 
-def _centred(values: FloatArray) -> FloatArray:
-    """Values of a gauge less their mean: an offset of a gauge changes nothing."""
-    return np.asarray(values - values.mean())
-
-
 _SEARCH_RTOL = 1e-8
 """Accuracy of runs of the search: a hundredth of the digits of files."""
 
@@ -514,6 +668,10 @@ class OfPeaks(Model):
         self, base: Scene, free: Free, peaks: Sequence[FloatArray], deadline: Deadline
     ) -> None:
         super().__init__(base, free, deadline)
+        of_gauges = [
+            key for key in (*free.keys, *(each.key for each in free.added)) if place_of(key)
+        ]
+        require(not of_gauges, " and ".join(of_gauges), None, "is of traces, and these are peaks")
         self._places = np.concatenate([np.flatnonzero(forces > 0) for forces in peaks])
         self._force = np.concatenate([forces[forces > 0] for forces in peaks])
         possible = bool(np.all((self._force > 1 / MOST_EXTENT) & (self._force < MOST_EXTENT)))
@@ -534,7 +692,8 @@ class OfPeaks(Model):
             contact = run.scene.contact_name(run.scene.contacts[late[0]])
             allowed = f"is before the peak of {contact}: give a later end_time in [run]"
             raise SceneError("end_time", run.scene.end_time, allowed)
-        return np.asarray(run.peak_force[self._places] / self._force)
+        gain = self.values(x).get(GAIN, 1.0)
+        return np.asarray(gain * run.peak_force[self._places] / self._force)
 
     def chance(self, differences: FloatArray) -> float:
         """Probability that noise changes its sign as rarely along the contacts, by the runs test.

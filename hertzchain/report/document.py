@@ -190,12 +190,16 @@ class Finding:
 
 @dataclass(frozen=True, eq=False)
 class Overlay:
-    """Measured forces of a gauge, and those of the reference at the same times [N], (samples,)."""
+    """Measured forces of a gauge, and those of the reference at the same times [N], (samples,).
+
+    ``band`` is the range of the latter by uncertain input, if any.
+    """
 
     label: str
     time: FloatArray
     measured: FloatArray
     expected: FloatArray
+    band: tuple[FloatArray, FloatArray] | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -256,7 +260,7 @@ class Document:
 
 
 _PREFIXES = {-12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
-MULTIPLES = {"N": 6, "Pa": 9, "m": 0, "s": 0, "m/s": 0, "N s": 0, "J": 3}
+MULTIPLES = {"N": 6, "Pa": 9, "m": 0, "s": 0, "m/s": 0, "N s": 0, "J": 3, "Hz": 6}
 """Units with multiples, and the largest power of ten in use for each."""
 
 _SHORT_RANGE = (1e-2, 1e5)  # beyond these, numbers at an axis are long (chosen)

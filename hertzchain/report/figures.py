@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
-from itertools import cycle
+from itertools import cycle, repeat
 from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
@@ -14,7 +14,7 @@ from hertzchain.observables.result import Result
 from hertzchain.report import style
 from hertzchain.report.document import Document, describe
 from hertzchain.report.files import drawn_contacts, recorded, while_moving, with_peak
-from hertzchain.report.picture import at_whole_numbers, in_units, legend_above
+from hertzchain.report.picture import SMALL, at_whole_numbers, in_units, legend_above
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -129,38 +129,44 @@ def what_happens(result: Result, contacts: Sequence[int]) -> tuple[float, float]
 
 
 def draw_forces(axes: Axes, document: Document) -> None:
-    """Draw contact forces over time, each with its exact peak, and the applied force.
+    """Draw the forces of the scene's gauges over time, or those of some contacts and the shock.
 
-    Forces by other engines are dashed lines over those of the first.
+    A contact's force has its exact peak. Forces by other engines are dashed lines over those of the
+    first.
     """
     from matplotlib import colormaps
 
     result = document.native
-    contacts = drawn_contacts(result, _DRAWN_CONTACTS)
+    gauges, contacts = result.scene.gauges, drawn_contacts(result, _DRAWN_CONTACTS)
     history = recorded(result)
-    if result.scene.ramps:
+    if result.scene.ramps and not gauges:
         applied, label = result.scene.applied_force(history.time), "applied force"
         load = result.scene.precompression
         if load is not None and load.force:
             applied, label = applied + load.force, "applied and static force"
         axes.plot(history.time, applied, "--", color="0.6", label=label)
-    shades = colormaps["viridis"](np.linspace(0, _LIGHTEST_SHADE, len(contacts)))
-    for contact, shade in zip(contacts, shades, strict=True):
-        label = result.scene.contact_name(contact)
-        axes.plot(*with_peak(result, contact), color=shade, linewidth=1.2, label=label)
+    draw, of = ("gauges", None) if gauges else ("forces", contacts)
+    curves = _series(result, draw, of)
+    shades = colormaps["viridis"](np.linspace(0, _LIGHTEST_SHADE, len(curves)))
+    for (label, (time, force, _)), shade in zip(curves.items(), shades, strict=True):
+        axes.plot(time, force, color=shade, linewidth=1.2, label=label)
     others = {name: other for name, other in document.results.items() if other is not result}
     for name, other in others.items():
-        for contact in contacts if other.history is not None else ():
-            other_label = style.LABELS[name] if contact == contacts[0] else "_"
+        of_other = _series(other, draw, of).values() if other.history is not None else ()
+        for k, (time, force, _) in enumerate(of_other):
             # Sparse dashes leave the colour of the contact visible.
             axes.plot(
-                *with_peak(other, contact), color=style.COLOURS[name], linewidth=1.2,
-                linestyle=(0, (2, 6)), label=other_label,
+                time, force, color=style.COLOURS[name], linewidth=1.2, linestyle=(0, (2, 6)),
+                label="_" if k else style.LABELS[name],
             )  # fmt: skip
     drawn = np.concatenate([np.asarray(line.get_ydata(), np.float64) for line in axes.lines])
     axes.set_ylim(*style.force_limits(float(np.min(drawn)), float(np.max(drawn))))
-    axes.set_xlim(*what_happens(result, contacts))
-    in_units(axes.yaxis, "contact force [N]")
+    if gauges:
+        largest = np.max([np.abs(force) for _, force, _ in curves.values()], axis=0)
+        axes.set_xlim(*while_moving(history.time, largest))
+    else:
+        axes.set_xlim(*what_happens(result, contacts))
+    in_units(axes.yaxis, "force on a gauge [N]" if gauges else "contact force [N]")
     in_units(axes.xaxis, "time [s]")
     axes.grid(alpha=0.25)
     legend_above(axes)
@@ -185,9 +191,10 @@ def draw_map(axes: Axes, document: Document) -> None:
 
 
 def draw_traces(axes: Axes, document: Document) -> None:
-    """Draw measured traces one below the other, with those of the reference as lines."""
+    """Draw measured traces one below the other, those of the reference as lines, and its band."""
     overlays = document.overlays
     apart = 1.1 * max(float(np.max(np.abs(overlay.expected))) for overlay in overlays)
+    is_small = axes.figure.get_figwidth() < SMALL  # type: ignore[union-attr]
     for k, overlay in enumerate(overlays):
         base = (len(overlays) - 1 - k) * apart
         measured, reference = ("measured", "native, reference") if k == 0 else ("_", "_")
@@ -199,9 +206,15 @@ def draw_traces(axes: Axes, document: Document) -> None:
             overlay.time, overlay.expected + base, color=style.COLOURS["native"], linewidth=1.0,
             label=reference,
         )  # fmt: skip
+        if overlay.band is not None:
+            low, high = overlay.band
+            axes.fill_between(
+                overlay.time, low + base, high + base, color=style.distinct(0), alpha=0.3,
+                linewidth=0, label=_BAND if k == 0 else "_",
+            )  # fmt: skip
         axes.annotate(
             overlay.label, (overlay.time[0], base), (0, 3), textcoords="offset points",
-            fontsize="small",
+            fontsize="xx-small" if is_small else "small",
             bbox={"facecolor": "white", "alpha": 0.8, "edgecolor": "none", "pad": 0.5},
         )  # fmt: skip
     highest = float(np.max(overlays[0].measured, initial=0.0)) + (len(overlays) - 1) * apart
@@ -210,6 +223,8 @@ def draw_traces(axes: Axes, document: Document) -> None:
     in_units(axes.xaxis, "time of the run [s]")
     legend_above(axes)
 
+
+_BAND = "reference, 5 to 95 % by uncertain input"
 
 PANELS: dict[str, tuple[float, Callable[[Axes, Document], None]]] = {
     "peaks": (3, draw_peaks),
@@ -336,10 +351,12 @@ def _series(
     if draw == "gauges":
         frame = result.to_traces()
         time = frame["time_s"].to_numpy()
+        # Runs without first pulses have no readings; a gauge without a pulse has no error.
+        errors = [np.nan_to_num(read.force_error) for read in result.gauges]
         return {
             str(name).removesuffix("_N").replace("_", " "): (time, frame[name].to_numpy(),
-                np.full(time.size, np.nan_to_num(read.force_error)))  # none without a pulse
-            for name, read in zip(frame.columns[1:], result.gauges, strict=True)
+                np.full(time.size, error))
+            for name, error in zip(frame.columns[1:], errors or repeat(0.0), strict=False)
         }  # fmt: skip
     curves = {}
     for contact in contacts or ():
@@ -388,7 +405,8 @@ def figure_of(document: Document, size: tuple[float, float] | None = None) -> Pi
         check_size(size)
         shown = shown[: max(1, int(size[1] / _PANEL_INCH))]
     heights = [PANELS[name][0] for name in shown]
-    figure = Picture((_WIDTH_INCH, sum(heights) + 0.6) if size is None else size, _title(document))
+    inches = (_WIDTH_INCH, sum(heights) + 0.6) if size is None else size
+    figure = Picture(inches, describe(document.native.scene))
     drawn = figure.subplots(len(shown), 1, squeeze=False, height_ratios=heights)[:, 0]
     axes = dict(zip(shown, drawn, strict=True))
     shared = [pair for pair in _PANEL_PAIRS if {*pair} <= axes.keys()]
@@ -402,14 +420,6 @@ def figure_of(document: Document, size: tuple[float, float] | None = None) -> Pi
     return figure
 
 
-def _title(document: Document) -> str:
-    native = document.native
-    if document.command != "run":
-        return describe(native.scene)
-    by = f"{native.backend}, {native.method}, peaks within {native.error_estimate:.1e}"
-    return f"{describe(native.scene)}\n{by}"
-
-
 def plot_tradeoff(
     tradeoffs: Sequence[Tradeoff], size: tuple[float, float] | None = None
 ) -> Picture:
@@ -419,7 +429,7 @@ def plot_tradeoff(
     """
     from matplotlib import colormaps
 
-    from hertzchain.report.picture import SMALL, Picture, in_units, legend_look
+    from hertzchain.report.picture import Picture, in_units, legend_look
     from hertzchain.verdict.tradeoff import frontier, typical
 
     points = typical(tradeoffs)

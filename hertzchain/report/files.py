@@ -44,8 +44,9 @@ def plot_times(scene: Scene) -> FloatArray:
     """Equally spaced times at which to record a run so that its wave can be drawn [s]."""
     # A wave's time goes as its force to the power -1/6.
     wave_time = float(scene.units.time * force_scale(scene.momentum_ratio) ** (-1 / 6))
-    # In the wave's units of time: at 0.4 a map shows 95 % of each peak
-    wanted = int(np.ceil(scene.end_time / (0.2 * wave_time))) + 1
+    # In the wave's units of time: at 0.4 a map shows 95 % of each peak; with a thousand times a
+    # curve across a page has no visible corners (chosen).
+    wanted = max(int(np.ceil(scene.end_time / (0.2 * wave_time))) + 1, 1000)
     # Times and granules recorded at once: 100 MB for each simulation
     return frame_times(scene, max(2, min(wanted, 4_000_000 // scene.chain.granules)))
 

@@ -137,8 +137,13 @@ def pictures(draw: Callable[..., Picture]) -> list[Markup]:
 def _caption(document: Document) -> str:
     """Return the caption of the figure of a document."""
     if document.overlays:
-        return "Dots are measured, lines are the reference, each gauge above its own zero."
-    said = ["Contact i lies between granules i \u2212 1 and i; p is the end of the transition."]
+        said = ["Dots are measured, lines are the reference, each gauge above its own zero."]
+        if any(overlay.band is not None for overlay in document.overlays):
+            said.append("The band has 90 % of the runs with values drawn from the uncertain input.")
+        return " ".join(said)
+    said = ["Contact i lies between granules i \u2212 1 and i."]
+    if document.native.transition_granules is not None:
+        said.append("p is the end of the transition.")
     if document.absent:
         said.append(f"{' and '.join(document.absent)}: not run.")
     if document.drawn:

@@ -48,8 +48,14 @@ def of_validation(validation: Any) -> Document:
             f" {validation.tolerance:.1%}."
         )
     traces = of_traces(validation.judgement)
+    reference = validation.judgement.reference
     return replace(
         traces,
+        results={"native": replace(reference, scene=validation.spread.scene)},
+        overlays=[
+            replace(overlay, band=validation.band(k, overlay.time))
+            for k, overlay in enumerate(traces.overlays)
+        ],
         kind="Validation by measured traces",
         numbers=validation.to_dict,
         checks=(),

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 
+from hertzchain.arrays import FloatArray
 from hertzchain.limits import TIME_LIMIT
 from hertzchain.observables.result import context_of
 from hertzchain.scene.scene import SceneLike, to_scene
@@ -109,6 +110,31 @@ class Validation(ShownVerdict):
         """Sentences on what could not be compared, and other remarks; usually empty."""
         said = f"not compared, as some realisations end too early: {', '.join(self.left_out)}"
         return (*self.judgement.remarks, *self.spread.remarks, *[said] * bool(self.left_out))
+
+    def band(self, gauge: int, time: FloatArray) -> tuple[FloatArray, FloatArray] | None:
+        """Return the range of a gauge's force at times [N] in 90 % of the realisations.
+
+        The reference is as high, wide and late as the first pulse of each. The clock is shifted to
+        the mean of the gauges, as that of the recording is. None if a realisation has no whole
+        pulse.
+        """
+        known = self.judgement.known
+        names = "first_peak_force_N", "first_width_s", "arrival_time_s"
+        force, width, arrival = (
+            np.array([self.spread.values_of(name, name_of(read.gauge)) for read in known.readings])
+            for name in names
+        )
+        if not np.isfinite([force, width, arrival]).all():
+            return None
+        read = known.readings[gauge]
+        late = arrival - np.array([[each.arrival] for each in known.readings])
+        begins = read.arrival + late[gauge] - late.mean(axis=0)
+        drawn = [
+            high / read.force * known.at(gauge, read.arrival + (time - begin) * read.width / wide)
+            for high, wide, begin in zip(force[gauge], width[gauge], begins, strict=True)
+        ]
+        low, high = np.percentile(drawn, (5, 95), axis=0)
+        return low, high
 
     @property
     def differing(self) -> pandas.DataFrame:

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray, Source
 from hertzchain.engines.native.backend import Native
@@ -45,6 +46,10 @@ _COLUMN = re.compile(rf"({_SENSOR.pattern})(?:[ _/([]*[a-zA-Z]+[)\]]*)?")
 _TIME = re.compile(r"(?:time|t)(?:[ _(/\[]+(?:s|ms|us|µs|ns)[)\]]*)?", re.IGNORECASE)
 _SPEC = re.compile(r"\s*(?P<name>.*?)\s*(?:\[(?P<unit>[^\[\]]+)\])?\s*")
 
+
+_LEAST_COMMON_SHARE = 0.9
+"""Least share of a file's samples whose times all files of its record have (chosen): gaps are few,
+and a file of half the rate has half of the times."""
 
 ENOUGH_QUIET_SAMPLES = 200
 """Quiet samples that give the noise to 5 %; with fewer, second differences of all are better."""
@@ -131,7 +136,7 @@ def read_records(
     for role in columns.keys() - {role for part in parts for role in part}:
         read[0].find("--column", _spec(role, columns[role])[0])  # raises: no file has it
     roles = [role for each in zip(read, parts, strict=True) for role, _ in _named(*each)]
-    gauges = [_gauge(role, scene) for role in roles]
+    gauges = [gauge_of(role, scene) for role in roles]
     is_one = len(read) > 1 and not own_clocks and len({*gauges}) == len(gauges)
     if not is_one:
         records = [read_traces(scene, each, columns) for each in read]
@@ -139,18 +144,27 @@ def read_records(
         return [replace(records[0], clock=said), *records[1:]]
     channels = [read_traces(scene, *each) for each in zip(read, parts, strict=True)]
     time = channels[0].time
+    # Largest difference of times of files of one record, over a sample: digits of files (chosen)
+    off = 0.01 * float(np.median(np.diff(time)))
     for each, other in zip(read[1:], channels[1:], strict=True):
-        # Largest difference of times of files of one record, over a sample: digits of files
-        # (chosen)
-        off = 0.01 * float(np.median(np.diff(time)))
-        if time.shape != other.time.shape or not np.allclose(time, other.time, rtol=0, atol=off):
+        time = time[np.abs(time - other.time[_nearest(other.time, time)]) <= off]
+        if time.size < _LEAST_COMMON_SHARE * max(other.time.size, channels[0].time.size):
             raise HertzchainError(
                 f"{each.path}: has other times than {read[0].path}, and files of one record have"
                 " the same: judge each record by itself, or fit them with --own-clocks"
             )
-    force = np.concatenate([each.force for each in channels], axis=1)
-    noise = np.concatenate([each.noise for each in channels])
-    return [Traces(time, tuple(gauges), force, noise, "the files are of one record, on one clock")]
+    forces = [channel.force[_nearest(channel.time, time)] for channel in channels]
+    said = "the files are of one record, on one clock"
+    if left := max(channel.time.size for channel in channels) - time.size:
+        said += f"; {left:,} samples that not all of them have are left out"
+    noise = np.concatenate([channel.noise for channel in channels])
+    return [Traces(time, tuple(gauges), np.concatenate(forces, axis=1), noise, said)]
+
+
+def _nearest(times: FloatArray, wanted: FloatArray) -> NDArray[np.intp]:
+    """Return the places of the increasing times that are nearest to others."""
+    after = np.clip(np.searchsorted(times, wanted), 1, times.size - 1)
+    return np.where(wanted - times[after - 1] < times[after] - wanted, after - 1, after)
 
 
 def _columns_in(read: Columns, columns: Mapping[str, str]) -> dict[str, str]:
@@ -201,7 +215,7 @@ def read_traces(scene: Scene, results: Source, columns: Mapping[str, str]) -> Tr
         " 'gauge_16=CH1 [25 N]'"
     )
     require(bool(named), "traces", None, allowed)
-    gauges = tuple(_gauge(role, scene) for role, _ in named)
+    gauges = tuple(gauge_of(role, scene) for role, _ in named)
     require(len(set(gauges)) == len(gauges), "traces", None, "have a gauge twice")
     read = read.without_gaps([read.find("--column", name) for _, (name, _) in named])
     forces, noise = [], []
@@ -234,7 +248,12 @@ def _spec(role: str, text: str) -> tuple[str, str]:
     return match["name"], unit
 
 
-def _gauge(role: str, scene: Scene) -> Gauge:
+def column_of(gauge: Gauge, scene: Scene) -> str:
+    """Return the name of a gauge's column without its unit, such as ``gauge_16``."""
+    return gauge.name(scene.last_contact if scene.wall else None).removesuffix("_N")
+
+
+def gauge_of(role: str, scene: Scene) -> Gauge:
     """Return the gauge of a column; SceneError if the scene cannot have it."""
     allowed = "must be gauge_ and the number of a granule, contact_ and its number, wall, near_wall"
     require(_SENSOR.fullmatch(role) is not None, "column", role, allowed)
@@ -263,6 +282,9 @@ _TIMES_PER_WIDTH, _MOST_TIMES = 60, 20_000
 
 _SHIFTS_PER_WIDTH = 10
 """Steps of the search for the shift for each width; least squares find the rest."""
+
+_DRIFT_DEVIATIONS = 5.0
+"""Slope of differences over its deviation by white noise from which on it is no chance (chosen)."""
 
 
 FEWEST_SAMPLES = 8
@@ -366,6 +388,20 @@ def without_offset(traces: Traces, expected: Expected, shift: float) -> Traces:
             digit = max(resolution_of(before), resolution_of(force[:, k]))
             noise[k] = noise_before(before, step, digit).deviation
     return replace(traces, force=force, noise=noise)
+
+
+def drift_of(time: FloatArray, off: FloatArray, noise: float, gauge: str, place: str) -> list[str]:
+    """Return a sentence if differences [N] of a gauge follow a line that noise does not explain.
+
+    ``gauge`` is the name of its column without its unit, ``place`` that in messages.
+    """
+    clock = time - time.mean()
+    spread = float(np.sum(clock**2))
+    slope = float(np.dot(clock, off)) / spread
+    if abs(slope) < _DRIFT_DEVIATIONS * noise / np.sqrt(spread):
+        return []
+    drift = f"{place}: differences follow a line of {slope:+.2g} N/s, as of a gauge that drifts"
+    return [f"{drift}: fit --free {gauge}.drift fits it as well"]
 
 
 def shift_of(traces: Traces, expected: Expected) -> float:
@@ -613,8 +649,9 @@ def judge_traces(
         report_progress("laying the traces over those of the reference")
         measured, begin = aligned(measured, expected, None if shift else 0.0)
         pulses = [matched(measured, expected, begin, k) for k in range(len(measured.gauges))]
+        drifts = [_drift(measured, expected, begin, k) for k in range(len(measured.gauges))]
     numbers = _numbers_of(expected, pulses, has_clock=not shift)
-    remarks, checks = list(measured.remarks), []
+    remarks, checks = [*measured.remarks, *itertools.chain(*drifts)], []
     for gauge, pulse in zip(measured.gauges, pulses, strict=True):
         if pulse is None:
             said = "the first pulse is not whole, only the trace is judged"
@@ -673,6 +710,17 @@ def _numbers_of(
                 before.arrival_error + after.arrival_error, float(np.hypot(sooner, later)),
             ))  # fmt: skip
     return numbers
+
+
+def _drift(traces: Traces, expected: Expected, shift: float, k: int) -> list[str]:
+    """Return a sentence if a gauge drifts before the pulse arrives."""
+    read = expected.readings[k]
+    quiet = traces.time - shift < read.arrival - 2 * read.width  # False where nothing arrives
+    if np.count_nonzero(quiet) < ENOUGH_QUIET_SAMPLES:
+        return []
+    gauge = column_of(traces.gauges[k], expected.result.scene)
+    time, force = traces.time[quiet], traces.force[quiet, k]
+    return drift_of(time, force, float(traces.noise[k]), gauge, traces.gauges[k].place)
 
 
 def _whole(

@@ -86,7 +86,7 @@ def test_intervals_hold_the_truth() -> None:
     one = hc.fit(START, channels, FREE)
     assert (len(one.shifts), one.remarks) == (1, ("the files are of one record, on one clock",))
     assert one.parameters[0].value == pytest.approx(fit.parameters[0].value, rel=1e-9)
-    assert len(hc.fit(START, channels, FREE, own_clocks=True).shifts) == len(channels) > 1
+    assert len(hc.fit(START, channels, FREE, clock="own").shifts) == len(channels) > 1
 
 
 @pytest.mark.parametrize("seed", [1, pytest.param(3, marks=pytest.mark.slow)])
@@ -318,7 +318,7 @@ def test_peaks_that_cannot_be_fitted(given: dict[int, float], words: str) -> Non
 
 def test_peaks_and_traces_together() -> None:
     with pytest.raises(SceneError, match="are of traces, and these are peaks"):
-        hc.fit(START, peaks_of(TRUE, 0.0), ["striker.velocity"], shift=False)
+        hc.fit(START, peaks_of(TRUE, 0.0), ["striker.velocity"], clock="run")
     with pytest.raises(SceneError, match="must all be peaks"):
         hc.fit(START, [peaks_of(TRUE, 0.0), experiment(0.01)], ["striker.velocity"])
 

@@ -13,6 +13,7 @@ import pytest
 from matplotlib.figure import Figure
 
 import hertzchain as hc
+from hertzchain.report.document import describe
 from hertzchain.report.documents import of_result
 from hertzchain.report.figures import figure_of
 from hertzchain.report.files import (
@@ -127,8 +128,7 @@ def test_files_read_back(tmp_path: Path, on_a_wall: hc.Result, suffix: str) -> N
 def test_the_figure_draws_the_result(result: hc.Result) -> None:
     figure = figure_of(of_result(result))
     contacts = drawn_contacts(result, 6)
-    title = str(figure.get_suptitle())
-    assert title.endswith(f", {result.method}, peaks within {result.error_estimate:.1e}")
+    assert figure.get_suptitle() == describe(result.scene)
     peaks, forces, space_time, *_ = figure.axes
     assert np.array_equal(peaks.lines[0].get_ydata(), result.peak_force)
     assert peaks.lines[0].get_marker() == "."
@@ -152,6 +152,19 @@ def test_the_figure_draws_the_result(result: hc.Result) -> None:
     assert np.array_equal(np.asarray(colours.get_array()), force[shown].T)
     assert np.max(force[~shown], initial=0.0) < 0.01 * np.max(force)  # nothing to see
     assert (space_time.get_xlabel(), space_time.get_ylabel()) == ("time [ms]", "contact")
+
+
+def test_gauges_of_a_scene_are_what_is_drawn() -> None:
+    """With enough samples of a short run that straight lines between them keep a crest."""
+    scene = paper_scene("cosine", 2.0, 2.0, granules=9)
+    scene = replace(scene, gauges=(hc.Gauge(granule=4), hc.Gauge(contact=7)))
+    result = hc.Native(wanted="all").run(scene, plot_times(scene))
+    _, forces, _, *_ = figure_of(of_result(result)).axes
+    assert [line.get_label() for line in forces.lines] == ["gauge 4", "contact 7"]
+    assert forces.get_ylabel() == "force on a gauge [N]"
+    readings = hc.Native(wanted="first").run(scene).gauges
+    for line, reading in zip(forces.lines, readings, strict=True):
+        assert np.max(line.get_ydata()) == pytest.approx(reading.force, rel=1e-3)
 
 
 def test_first_pulses_are_drawn_where_they_were_asked_for() -> None:

@@ -23,6 +23,7 @@ from hertzchain.known.certificate import CASES, ROUND_OFF, UNTESTED, Certificate
 from hertzchain.observables.result import DEFINITIONS, LostDigits
 from hertzchain.pulses.pulse import measured_pulse, pulse_of
 from hertzchain.pulses.recording import read_recording
+from hertzchain.pulses.spectrum import spectrum_of, times_of
 from hertzchain.scene.file import sections_of
 from hertzchain.verdict.tradeoff import tradeoff
 from tests.conftest import STEEL, paper_scene
@@ -126,6 +127,11 @@ def recorded(noise: float = 0.01, **given: Any) -> dict[str, Any]:
     return measured_pulse(recording, pulse_of(recording, **given)).to_dict()
 
 
+def spectrum() -> dict[str, Any]:
+    pressed = replace(SHORT, precompression=hc.Precompression(20.0))
+    return spectrum_of(hc.Native().run(pressed, times_of(pressed)), hc.Gauge(granule=4)).to_dict()
+
+
 TABLE = hc.PulseTable((0.0, 2e-5, 4e-5), (0.0, 100.0, 0.0))
 
 PAST_THE_PAPER = hc.Pulse("cosine", 100.0, 2.0, momentum_ratio=0.2)
@@ -148,6 +154,11 @@ DOCUMENTS: dict[str, tuple[str, Callable[[], dict[str, Any]]]] = {
         "fit.json",
         lambda: hc.fit(SHORT, dict.fromkeys(range(2, 9), 10.0), ["shock.peak_force"]).to_dict(),
     ),
+    "fit, instrument": (
+        "fit.json",
+        lambda: hc.fit(SHORT, traces(), ["shock.peak_force", "gauge_4.offset"]).to_dict(),
+    ),
+    "spectrum": ("spectrum.json", spectrum),
     "spread": ("uncertainty.json", lambda: hc.spread(UNCERTAIN, 16).to_dict()),
     "validate": (
         "validation.json",
@@ -185,6 +196,7 @@ DOCUMENTS: dict[str, tuple[str, Callable[[], dict[str, Any]]]] = {
 STAND_ALONE = {
     *("run.json", "traces.json", "trains.json", "fit.json", "uncertainty.json"),
     *("validation.json", "compare.json", "judge.json", "examine.json", "sweep.json"),
+    "spectrum.json",
 }
 """Schemas of documents with their scene and the version of all definitions."""
 

@@ -382,4 +382,17 @@ def test_the_command_that_judges(
     assert done.status == 1
     assert "granule 4: first peak [N]" in done.out
     assert "numbers differ by more than 2 u_val" in done.out
-    assert "Comparison errors and uncertainties" in page.read_text(encoding="utf-8")
+    text = page.read_text(encoding="utf-8")
+    assert "Comparison errors and uncertainties" in text
+    assert "[uncertainty]" in text  # of the scene, which gives the page again
+    assert "reference, 5 to 95 % by uncertain input" in text
+
+
+def test_the_band_holds_the_reference_about_its_first_pulses() -> None:
+    check = hc.validate(believed(1.0, 0.05), traces(), realisations=64)
+    for overlay in of_validation(check).overlays:
+        assert overlay.band is not None
+        low, high = overlay.band
+        crest = int(np.argmax(overlay.expected))
+        assert low[crest] < overlay.expected[crest] < high[crest]
+        assert np.all(low <= high)

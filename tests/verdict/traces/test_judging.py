@@ -186,7 +186,7 @@ def test_a_file_for_each_channel(
         path.write_text("\n".join(lines), "utf-8")
     columns = {"gauge_6": "CH1", "gauge_11": "CH2"}
     assert len(hc.judge_traces(SCENE, paths, columns=columns).checks) == len(alone.checks)
-    later = measured[["time_s", "wall_N"]].iloc[1:]
+    later = measured[["time_s", "wall_N"]].iloc[::2]
     for tables, words in (
         ([measured, later], "have a gauge twice: judge each record"),
         ([measured[["time_s", "gauge_6_N"]], later], "has other times than the table"),
@@ -202,6 +202,12 @@ def test_a_file_for_each_channel(
         moved = other.assign(time_s=other["time_s"] + share * step)
         with nullcontext() if is_one else pytest.raises(HertzchainError, match="other times"):
             assert hc.judge_traces(SCENE, [gauge, moved])
+    # Cells that are empty in only one of the files are gaps of the record.
+    gaps = other.assign(**{channels[1]: other[channels[1]].mask(other.index % 50 == 7)})
+    gaps.to_csv(tmp_path / "gaps.csv", index=False)
+    judged = hc.judge_traces(SCENE, [gauge, tmp_path / "gaps.csv"])
+    assert judged.traces.time.size == len(other) - 30
+    assert "; 30 samples that not all of them have are left out" in judged.remarks[0]
     gauge.to_csv(tmp_path / "gauge.csv", index=False)
     (tmp_path / "none.csv").write_text("a,b\n" + "1,2\n" * 9)
     for name, said in (("none.csv", "has no forces of gauges"), ("gone.csv", "cannot be read")):

@@ -1,0 +1,250 @@
+"""What instruments add to forces, and what a fit that has it free finds again."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+from scipy.integrate import solve_ivp
+
+import hertzchain as hc
+from hertzchain.arrays import FloatArray
+from hertzchain.errors import SceneError
+from hertzchain.fits.instrument import drooped
+from tests.command_line import Command
+from tests.conftest import STEEL
+from tests.fits.test_fit import FREE, START, TRUE, TRUTH, experiment, peaks_of
+
+DRIFT, HUM, CONSTANT = 0.05, 0.03, 4e-4  # parts of each peak over a record; time constant [s]
+
+
+def shown(noise: float, seed: int = 0, **what: Any) -> tuple[pd.DataFrame, dict[str, float]]:
+    """Traces as instruments show them, before the run, too, and what these made of the forces."""
+    random = np.random.default_rng(seed)
+    clean = hc.Native(rtol=1e-8).run(TRUE, record=1000).to_traces()
+    step = float(clean["time_s"][1])
+    time = step * np.arange(-400, 1000)
+    truth: dict[str, float] = {}
+    traces = pd.DataFrame({"time_s": time + 2e-4})
+    for gauge, gain, sign in (("gauge_4", 1.0, 1), ("gauge_9", what.get("gain", 1.0), -1)):
+        force = np.append(np.zeros(400), clean[f"{gauge}_N"])
+        peak, length = float(force.max()), float(np.ptp(time))
+        if gauge == "gauge_9" and "droop" in what:
+            force = drooped(time.astype(np.float64), force, what["droop"])
+        added = {
+            "offset": 0.1 * sign * peak,
+            "drift": what.get("drift", 0.0) * sign * peak / length,
+            "hum": what.get("hum", 0.0) * peak,
+        }
+        clock = traces["time_s"]
+        wave = np.cos(2 * np.pi * 1.2 / length * clock + 0.7)
+        of_noise = noise * peak * random.normal(size=time.size)
+        lines = added["offset"] + added["drift"] * clock + added["hum"] * wave
+        traces[f"{gauge}_N"] = gain * force + lines + of_noise
+        truth |= {f"{gauge}.{kind}": value for kind, value in added.items()}
+    truth["hum"] = 1.2 / length
+    return traces, truth
+
+
+def holds(fit: hc.Fit, truth: dict[str, float]) -> None:
+    """Each value is less than four deviations off, and only noise is left."""
+    every = {**dict(zip(FREE, TRUTH, strict=True)), **truth}
+    assert fit.is_noise, fit
+    for value in fit.parameters:
+        assert abs(value.value - every[value.key]) < 4 * value.deviation, (value, every[value.key])
+
+
+def test_gain_offset_and_drift() -> None:
+    traces, truth = shown(0.01, gain=1.06, drift=DRIFT)
+    added = [f"gauge_{k}.{kind}" for k in (4, 9) for kind in ("drift", "offset")]
+    fit = hc.fit(START, traces, [*FREE, "gauge_9.gain", *added])
+    holds(fit, truth | {"gauge_9.gain": 1.06})
+    assert [value.key for value in fit.parameters] == [*FREE, "gauge_9.gain", *added]
+    assert [value.unit for value in fit.parameters[3:6]] == ["", "N/s", "N"]
+    assert {value.start for value in fit.parameters[4:]} == {0.0}
+    np.testing.assert_allclose(np.diag(fit.correlation), 1.0)
+    assert {entry.key for entry in fit.scene.uncertain} == set(FREE)
+    # What is only read off changes no other value.
+    alone = hc.fit(START, traces, [*FREE, "gauge_9.gain", "gauge_4.drift", "gauge_9.drift"])
+    for value, other in zip(fit.parameters[:4], alone.parameters, strict=False):
+        assert value.value == pytest.approx(other.value, rel=1e-6)
+
+
+def test_hum_and_droop() -> None:
+    traces, truth = shown(0.01, seed=2, hum=HUM, droop=CONSTANT)
+    hum = f"{truth['hum']} Hz"
+    free = [*FREE, "gauge_4.hum=" + hum, "gauge_9.hum=" + hum, "gauge_9.droop=0.1 ms:10 ms"]
+    phases = {f"gauge_{k}.hum_phase": 0.7 for k in (4, 9)}
+    fit = hc.fit(START, traces, free)
+    holds(fit, truth | phases | {"gauge_9.droop": CONSTANT})
+    assert {value.key: value.unit for value in fit.parameters}["gauge_4.hum_phase"] == "rad"
+
+
+def test_a_drift_of_each_record() -> None:
+    """Two files of one gauge have clocks, offsets and drifts of their own, and one gain."""
+    (one, truth), (two, _) = (shown(0.01, seed, gain=1.06, drift=DRIFT) for seed in (3, 4))
+    fit = hc.fit(START, [one, two], [*FREE, "gauge_9.gain", "gauge_9.drift", "gauge_4.drift"])
+    values = {value.key: value for value in fit.parameters}
+    assert [*values][4:] == [f"gauge_{k}.drift[{n}]" for n in (1, 2) for k in (4, 9)]
+    for key in [*values][4:]:
+        off = values[key].value - truth[key.partition("[")[0]]
+        assert abs(off) < 4 * values[key].deviation
+    assert len(fit.shifts) == 2
+
+
+def test_a_drift_gets_a_remark_that_says_how_to_free_it() -> None:
+    traces, _ = shown(0.003, drift=DRIFT)
+    fit, judged = hc.fit(START, traces, FREE), hc.judge_traces(TRUE, traces, tolerance=0.1)
+    for remarks in (fit.remarks, judged.remarks):
+        for gauge in ("gauge_4", "gauge_9"):
+            assert any(f"fit --free {gauge}.drift" in remark for remark in remarks), remarks
+    assert not any("drift" in remark for remark in hc.judge_traces(TRUE, shown(0.003)[0]).remarks)
+
+
+def test_a_charge_amplifier_forgets_a_step_by_its_time_constant() -> None:
+    """Its answer to a ramp of 1 N/s is tau (1 - exp(-t / tau)), also across a gap."""
+    time = np.delete(np.linspace(0.0, 5.0, 501), slice(200, 240))
+    expected = 2.0 * -np.expm1(-time / 2.0)
+    np.testing.assert_allclose(drooped(time, time + 7.0, 2.0), expected, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("free", "words"),
+    [
+        (["chain.young_modulus", "chain.density", "gauge_4.gain", "gauge_9.gain"],
+         "cannot be told apart by these traces: a change of chain.young_modulus by"),
+        (["gain", "gauge_4.gain", "gauge_9.gain"], "cannot be told apart"),
+        (["striker.velocity", "gauge_5.drift"], "not measured: the traces have gauge_4, gauge_9"),
+        (["striker.velocity", "wall.gain"], "no gauge of a scene without"),
+        (["striker.velocity", "gauge_4.hum"], "needs the frequency of the hum: --hum 50"),
+        (["striker.velocity", "gauge_4.hum=-50"], "needs the frequency of the hum"),
+        (["striker.velocity", "gauge_4.drift=1:2"], "has no range"),
+        (["striker.velocity", "gauge_4.gain=2:1"], "must be the ends of its range"),
+        (["striker.velocity", "gauge_4.gian"], "is no key of a gauge, which are gain, droop"),
+        (["striker.velocity", "gauge_4.drift[2]"], "is no key of a gauge"),
+        (["gauge_4.drift"], "must have a key of the scene, a gain or a droop, too"),
+        (["striker.velocity", "gauge_4.drift", "gauge_4.drift"], "names a key twice"),
+        # A hundredth of a period is a line.
+        (["striker.velocity", "gauge_4.hum=12 Hz"], "or free a drift in its place"),
+    ],
+    ids=lambda value: " ".join(value) if isinstance(value, list) else "",
+)  # fmt: skip
+def test_what_cannot_be_free(free: list[str], words: str) -> None:
+    with pytest.raises(SceneError) as caught:
+        hc.fit(TRUE, experiment(0.01), free)
+    assert words in str(caught.value), caught.value
+
+
+def test_droop_needs_the_charge_at_the_start() -> None:
+    traces, _ = shown(0.01)
+    late = traces[traces["gauge_4_N"].idxmax() - 20 :]
+    with pytest.raises(SceneError, match=r"gauge_4\.droop: needs samples before the pulse"):
+        hc.fit(TRUE, late, ["striker.velocity", "gauge_4.droop"], clock="shared")
+    with pytest.raises(SceneError, match=r"gauge_4\.gain: is of traces, and these are peaks"):
+        hc.fit(TRUE, peaks_of(TRUE, 0.01), ["striker.velocity", "gauge_4.gain"])
+    with pytest.raises(SceneError, match="clock = 'none': must be one of shared, own, run"):
+        hc.fit(TRUE, traces, FREE, clock="none")
+
+
+def test_the_command_has_the_frequency_of_hum(tmp_path: Path, hertzchain: Command) -> None:
+    START.to_toml(tmp_path / "start.toml")
+    traces, truth = shown(0.01, hum=HUM)
+    traces.to_csv(tmp_path / "traces.csv", index=False)
+    files = (tmp_path / "start.toml", tmp_path / "traces.csv")
+    keys = [*FREE, "gauge_4.hum", "gauge_9.hum"]
+    free = [word for key in keys for word in ("--free", key)]
+    done = hertzchain("fit", *files, *free, "--hum", truth["hum"], "--json")
+    assert done.status == 0, done.err
+    values = {value["key"]: value for value in done.json()["parameters"]}
+    low, high = values["gauge_9.hum"]["interval_95"]
+    assert abs(values["gauge_9.hum"]["value"] - truth["gauge_9.hum"]) < high - low
+    refused = hertzchain("fit", *files, "--free", FREE[0], "--hum", "50")
+    assert (refused.status, "is for --free gauge_6.hum" in refused.err) == (2, True)
+    both = hertzchain("fit", *files, "--free", FREE[0], "--own-clocks", "--no-shift")
+    assert (both.status, "cannot go with --no-shift" in both.err) == (2, True)
+
+
+def simulated(
+    granules: int, truth: dict[str, float], time: FloatArray, places: list[int], constant: float
+) -> FloatArray:
+    """Forces of gauges by Eq. 1 and a charge amplifier, integrated by SciPy alone."""
+    mass = STEEL["density"] * 4 / 3 * np.pi * STEEL["radius"] ** 3
+    reduced = truth["chain.young_modulus"] / (2 * (1 - STEEL["poisson_ratio"] ** 2))
+    stiffness = 4 / 3 * reduced * np.sqrt(STEEL["radius"] / 2)
+    logarithm = np.log(truth["contact.restitution"])
+    alpha = np.sqrt(5) * -logarithm / np.hypot(np.pi, logarithm)
+    speed, at = truth["striker.velocity"], np.array(places)
+    unit = (mass**2 / (stiffness**2 * speed)) ** 0.2  # time of a collision
+
+    def force(y: FloatArray) -> FloatArray:
+        overlap = np.maximum(-np.diff(y[:granules]), 0.0)
+        closing = -np.diff(y[granules : 2 * granules])
+        damped = alpha * np.sqrt(mass / 2 * stiffness) * overlap**0.25 * closing
+        return np.asarray(np.pad(np.maximum(stiffness * overlap**1.5 + damped, 0.0), 1))
+
+    def of_gauges(y: FloatArray) -> FloatArray:
+        mean = (force(y)[at - 1] + force(y)[at]) / 2
+        return np.asarray(mean - y[2 * granules :] / constant)
+
+    def rate(_: float, y: FloatArray) -> FloatArray:
+        return np.concatenate([y[granules : 2 * granules], -np.diff(force(y)) / mass, of_gauges(y)])
+
+    start = np.zeros(2 * granules + at.size)
+    start[granules] = speed
+    largest = speed * unit, speed, stiffness * (speed * unit) ** 1.5 * unit
+    scale = np.repeat(largest, [granules, granules, at.size])
+    after = np.append(0.0, time[time > 0])
+    done = solve_ivp(
+        rate, (0, after[-1]), start, "DOP853", after, rtol=1e-8, atol=1e-10 * scale,
+        max_step=unit / 2,
+    )  # fmt: skip
+    forces = np.array([of_gauges(y) for y in done.y.T[1:]])
+    return np.concatenate([np.zeros((int(np.sum(time <= 0)), at.size)), forces])
+
+
+@pytest.mark.slow
+def test_intervals_hold_the_truth_in_95_of_100_with_what_instruments_add() -> None:
+    """20 experiments of another simulation: 95 %, less three binomial deviations of 20 chains."""
+    held, values = 0, 0
+    for seed in range(20):
+        random = np.random.default_rng(seed)
+        granules = int(random.integers(7, 12))
+        places = sorted(random.choice(np.arange(3, granules), 2, False).tolist())
+        truth = {
+            "chain.young_modulus": 193e9 * random.uniform(0.9, 1.1),
+            "contact.restitution": random.uniform(0.75, 0.97),
+            "striker.velocity": random.uniform(0.1, 2.0),
+        }
+        guess = {key: min(value * random.uniform(0.93, 1.07), 0.99) if value < 1 else value
+                 for key, value in truth.items()}  # fmt: skip
+        contact = hc.Contact("restitution", restitution=guess["contact.restitution"])
+        material = STEEL | {"young_modulus": guess["chain.young_modulus"]}
+        striker = hc.Striker(guess["striker.velocity"])
+        start = hc.Scene(hc.Chain(granules, **material), striker, contact=contact)
+        span = start.end_time
+        time = np.linspace(-0.3 * span, span, 1000)
+        constant = span * random.uniform(0.5, 2.0)
+        forces = simulated(granules, truth, time, places, constant)
+        clock = time + random.uniform(-0.2, 0.2) * span
+        gains = 1.0, random.uniform(0.94, 1.06)
+        table, free = {"time_s": clock}, list(truth)
+        for place, force, gain in zip(places, forces.T, gains, strict=True):
+            peak = float(force.max())
+            offset, drift = 0.05 * peak * random.normal(), 0.03 * peak / span * random.normal()
+            noise = 0.01 * peak * random.normal(size=time.size)
+            table[f"gauge_{place}_N"] = gain * force + offset + drift * clock + noise
+            added = {"offset": offset, "drift": drift, "droop": constant}
+            truth |= {f"gauge_{place}.{kind}": value for kind, value in added.items()}
+            free += [f"gauge_{place}.offset", f"gauge_{place}.drift"]
+            free += [f"gauge_{place}.droop={span / 10} s:{span * 10} s"]
+        truth[f"gauge_{places[1]}.gain"] = gains[1]
+        fit = hc.fit(start, pd.DataFrame(table), [*free, f"gauge_{places[1]}.gain"])
+        assert fit.is_noise, seed
+        for value in fit.parameters:
+            low, high = value.interval_95
+            held, values = held + (low < truth[value.key] < high), values + 1
+    assert held / values > 0.95 - 3 * np.sqrt(0.95 * 0.05 / 20)
+    assert values == 20 * 10
