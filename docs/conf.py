@@ -31,7 +31,7 @@ project_copyright = author
 version = release = version_of("hertzchain")
 
 extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
-exclude_patterns = ["_build"]
+exclude_patterns = ["_build", "paper/paper.md"]  # the paper is for Pandoc, with its citations
 myst_heading_anchors = 3
 myst_enable_extensions = ["dollarmath"]
 nb_execution_mode = "off"  # `make notebooks` runs them, and a test compares what they print
