@@ -187,7 +187,10 @@ def is_dump(text: str) -> bool:
 
 @dataclass(frozen=True, eq=False)
 class _Frame:
-    """Places and forces of the granules, by id, as written, shape (granules, 3)."""
+    """Places and forces of the granules, by id, as written, shape (granules, 3).
+
+    ASE's reader lacks the times of frames, converts units, and accepts frames that are cut off.
+    """
 
     step: float
     time: float | None
