@@ -42,11 +42,6 @@ def test_what_the_readme_shows_works(
     assert [block.not_run for block in shown] == [None] * 4
 
 
-def commands_of_the_table() -> list[list[str]]:
-    table = re.findall(r"^\| [^|]+ \| `hertzchain ([^`]+)` \|$", README, re.MULTILINE)
-    return [shlex.split(command) for command in table]
-
-
 @pytest.mark.slow  # CI runs it every time
 @pytest.mark.lammps
 def test_the_commands_of_the_table_run_in_its_order(
@@ -54,11 +49,10 @@ def test_the_commands_of_the_table_run_in_its_order(
 ) -> None:
     """Next to the scene of the README; ``certify`` takes a minute, and tests/known run it."""
     monkeypatch.chdir(tmp_path)
-    scene = next(block for block in blocks(README) if block.language == "toml")
-    Page(tmp_path, capfd).run(scene)
-    commands = commands_of_the_table()
+    Page(tmp_path, capfd).run(next(blocks(README)))
+    commands = re.findall(r"^\| [^|]+ \| `hertzchain ([^`]+)` \|$", README, re.MULTILINE)
     assert len(commands) == 12
-    for words in commands:
+    for words in map(shlex.split, commands):
         done = run_here(capfd, "hertzchain", *words, *["--help"] * (words == ["certify"]))
         assert done.status == 0, f"{words}\n{done.err}"
 

@@ -187,10 +187,7 @@ def is_dump(text: str) -> bool:
 
 @dataclass(frozen=True, eq=False)
 class _Frame:
-    """Places and forces of the granules, by id, as written, shape (granules, 3).
-
-    ASE's reader lacks the times of frames, converts units, and accepts frames that are cut off.
-    """
+    """Places and forces of the granules, by id, as written, shape (granules, 3)."""
 
     step: float
     time: float | None
@@ -225,7 +222,7 @@ def motion_of(
 
 
 def _frames_of(text: str, granules: int, file: str) -> list[_Frame]:
-    frames: list[_Frame] = []
+    frames: list[_Frame] = []  # ASE's reader has no times, needs types, accepts half a frame
     items: dict[str, tuple[list[str], list[str]]] = {}
     for item in text.split("ITEM:")[1:]:
         head, *lines = item.splitlines() or [""]
