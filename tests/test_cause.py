@@ -149,7 +149,7 @@ def test_a_contact_alone_is_a_hundred_times_as_far_off_as_the_others(
     exact = truth.peak_force.copy()
     exact[3] = 0.0
     others = explain(case_of(truth, exact), this=0.5)[0].cause or ""
-    assert others.endswith("contact 5 alone, as if a number had slipped: the others are right")
+    assert others.endswith("contact 5 alone, as after a typing error: the others are right")
 
 
 @pytest.mark.parametrize(

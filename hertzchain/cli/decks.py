@@ -71,7 +71,7 @@ def deck(
     check_outputs([scene], [output])
     longest = options.to_seconds("--dt", dt)
     with progress() as report_progress:
-        report_progress("native: the step, and what the deck has to find")
+        report_progress("native: time step and expected peaks of the deck")
         if engine is LAMMPS:
             text = answer.lammps_deck(
                 loaded, longest, rtol, scene.stem, watch_every=watch_every,
@@ -131,7 +131,7 @@ def unit_test(scene: options.SceneFile, output: OutputFile = None) -> None:
     loaded = options.load_scene(scene)
     check_outputs([scene], [output])
     with progress() as report_progress:
-        report_progress("native: looking for the wave")
+        report_progress("native: motion of the wave")
         motion = known_motion(loaded)
     text = test_text(motion, f"A chain of spheres, scene {scene.stem}", time.ctime())
     _write("test", output, text)

@@ -111,7 +111,7 @@ def pulse(
     ends = to_seconds("--start", part.start), to_seconds("--end", part.end)
     read = read_recording(recording, column.time, column.force, column.time_unit, column.scale)
     with progress() as report_progress:
-        report_progress("looking for few rows that keep the pulse")
+        report_progress("choosing the fewest rows that keep the pulse")
         measured = measured_pulse(read, pulse_of(read, part.baseline, *ends), rows)
     if output is not None:
         write_text(output, measured.to_text())

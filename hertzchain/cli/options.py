@@ -232,7 +232,7 @@ def load_scene(path: Path) -> Scene:
     if scene.pulse_end > 0 and scene.momentum_ratio > 1e4:
         say(
             f"LM_ratio is {scene.momentum_ratio:.3g}, so this may take long: the pulse"
-            f" lasts {scene.pulse_end:.3g} s, is that meant?"
+            f" lasts {scene.pulse_end:.3g} s, is that intended?"
         )
     return scene
 
@@ -252,7 +252,7 @@ def remark_on_units_of(varied: Varied, scene: Scene) -> None:
 
 def _ask_about_units(unusual: Sequence[str]) -> None:
     if unusual:
-        say(f"{', '.join(unusual)}: is the unit what is meant?")
+        say(f"{', '.join(unusual)}: is the unit right?")
 
 
 def to_seconds(option: str, given: str | None) -> float | None:

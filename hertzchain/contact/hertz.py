@@ -52,7 +52,7 @@ def overlap_of(stiffness: Quantity, force: Quantity) -> Quantity:
 def pressure_of(stiffness: Quantity, radius: Quantity, force: Quantity) -> Quantity:
     """Largest pressure p0 = 3 F / (2 pi a^2) [Pa], in the middle of contacts, with a^2 = R* d.
 
-    ``radius`` is R*, see ``stiffness_of``; no force makes no pressure.
+    ``radius`` is R*, see ``stiffness_of``; without a force the pressure is 0.
     """
     return 1.5 / math.pi * np.cbrt(stiffness**2 * force) / radius
 

@@ -1,4 +1,4 @@
-"""Oracle 3: the numbered equations of the paper, as corrected.
+"""The numbered equations of the paper, as corrected.
 
 M. A. Hasan and S. Nemat-Nasser, "Growth of shock-induced solitary waves in granular crystals".
 Equations 1 to 9 in their order, SI units unless a function says otherwise. Where the scan or the

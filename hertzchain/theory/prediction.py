@@ -249,8 +249,8 @@ def predict(scene: SceneLike) -> Prediction:
     Parameters
     ----------
     scene
-        Any scene, or the path of its file. Numbers are missing with terms, with a pulse table and
-        outside of the map.
+        Any scene, or the path of its file. Numbers are missing beyond a uniform chain, under a
+        pulse table and outside of the map.
 
     Raises
     ------
@@ -323,12 +323,12 @@ def constants() -> tuple[Constant, ...]:
 def _outside_map(chain: Chain, ratio: float, n: float) -> str | None:
     outside = peak_map.outside(ratio, n)
     if outside is not None:
-        return f"{outside}: here they are {ratio:.6g} and {n:.6g}; a run needs no map"
+        return f"{outside}: here they are {ratio:.6g} and {n:.6g}; hertzchain run simulates it"
     least = least_granules(ratio, n)
     if chain.granules < least:
         return (
             f"the free end lowers early peaks in a chain of {chain.granules} granules: the map is"
-            f" for at least {least} under this pulse; a run needs no map"
+            f" for at least {least} under this pulse; hertzchain run simulates it"
         )
     return None
 

@@ -240,7 +240,7 @@ def motion_of(
 
 
 def _frames_of(text: str, granules: int, file: str) -> list[_Frame]:
-    frames: list[_Frame] = []
+    frames: list[_Frame] = []  # ASE's reader has no times, needs types, accepts half a frame
     items: dict[str, tuple[list[str], list[str]]] = {}
     for item in text.split("ITEM:")[1:]:
         head, *lines = item.splitlines() or [""]

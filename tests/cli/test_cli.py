@@ -235,7 +235,7 @@ def test_what_is_not_there_is_a_usage_error(hertzchain: Command, arguments: list
 
 def test_a_unit_that_was_forgotten_is_remarked_on(hertzchain: Command) -> None:
     assert hertzchain("predict", scene_file()).err == ""
-    question = "chain.radius = 2.5 m (usually 1e-06 to 0.5 m): is the unit what is meant?"
+    question = "chain.radius = 2.5 m (usually 1e-06 to 0.5 m): is the unit right?"
     outcome = hertzchain("predict", scene_file({"chain.radius": "2.5"}))
     assert (outcome.status, outcome.err) == (0, f"hertzchain: {question}\n")
     outcome = hertzchain("predict", scene_file({"uncertainty.chain.young_modulus": "0.05"}))
@@ -244,7 +244,7 @@ def test_a_unit_that_was_forgotten_is_remarked_on(hertzchain: Command) -> None:
     outcome = hertzchain("predict", "scene.toml")
     assert outcome.status == 0
     assert re.fullmatch(
-        r"hertzchain: LM_ratio is \S+, .* lasts 30 s, is that meant\?\n", outcome.err
+        r"hertzchain: LM_ratio is \S+, .* lasts 30 s, is that intended\?\n", outcome.err
     )
     heavy = {"striker.velocity": "1.0", "striker.radius": "0.4"}
     path = scene_file({key: None for key in SCENE if key.startswith("shock.")} | heavy)

@@ -42,7 +42,7 @@ def test_scenes_that_fail_are_said_and_make_the_status_1(hertzchain: Command) ->
     done = hertzchain("sweep", "scene.toml", "--vary", "shock.peak_force=100,1e9", "-o", "out")
     assert (done.status, done.out[:6]) == (1, "2 rows")
     asked, *reasons = done.err.splitlines()
-    assert asked.endswith("is the unit what is meant?")
+    assert asked.endswith("is the unit right?")
     assert reasons[0].startswith("hertzchain: 1 of 2 rows have no numbers, the column failure says")
     assert "the largest overlap would be" in done.err
     assert len(reasons) == 1
@@ -88,7 +88,7 @@ def test_ends_that_look_like_a_wrong_unit_are_asked_about_once(
     option = "--table" if varied == "table.csv" else "--vary"
     outcome = hertzchain("sweep", "scene.toml", option, varied, "--rtol", "1e-3", "-o", "out")
     assert outcome.status == 0
-    question = "" if said is None else f"hertzchain: {said}: is the unit what is meant?\n"
+    question = "" if said is None else f"hertzchain: {said}: is the unit right?\n"
     assert outcome.err == question
 
 

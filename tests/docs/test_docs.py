@@ -39,7 +39,7 @@ PROCESSES = {"tutorial.md": 1}
 """Commands of a page that run as users run them; the others run in this process, as that is
 quicker."""
 
-BY_SPHINX = {"{toctree}", "{commands}", "{code-map}"}
+BY_SPHINX = {"{toctree}", "{commands}", "{code-map}", "{eval-rst}", "{glossary}"}
 """What is no code: Sphinx makes something of it, or says that it cannot."""
 
 TOKEN = re.compile(

@@ -16,12 +16,11 @@ from pathlib import Path
 import pytest
 from hatchling.builders.sdist import SdistBuilder
 from hatchling.builders.wheel import WheelBuilder
-from typer.main import get_command
 
 import hertzchain as hc
 from docs import draw_picture
 from hatch_build import description
-from hertzchain.cli.commands import app
+from tests.command_line import run_here
 from tests.docs.test_docs import Page, blocks
 from tests.places import ROOT
 
@@ -43,21 +42,22 @@ def test_what_the_readme_shows_works(
     assert [block.not_run for block in shown] == [None] * 4
 
 
-def commands_of_the_table() -> list[list[str]]:
-    table = re.findall(r"^\| [^|]+ \| `hertzchain ([^`]+)` \|$", README, re.MULTILINE)
-    return [shlex.split(command) for command in table]
+@pytest.mark.slow  # CI runs it every time
+@pytest.mark.lammps
+def test_the_commands_of_the_table_run_in_its_order(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """Next to the scene of the README; ``certify`` takes a minute, and tests/known run it."""
+    monkeypatch.chdir(tmp_path)
+    Page(tmp_path, capfd).run(next(blocks(README)))
+    commands = re.findall(r"^\| [^|]+ \| `hertzchain ([^`]+)` \|$", README, re.MULTILINE)
+    assert len(commands) == 12
+    for words in map(shlex.split, commands):
+        done = run_here(capfd, "hertzchain", *words, *["--help"] * (words == ["certify"]))
+        assert done.status == 0, f"{words}\n{done.err}"
 
 
-@pytest.mark.parametrize("words", commands_of_the_table(), ids=" ".join)
-def test_a_command_of_the_table_exists(words: list[str]) -> None:
-    """Each option in it, too; pages of the documentation run them."""
-    command = get_command(app).commands[words[0]]  # type: ignore[attr-defined]
-    known = {option for parameter in command.params for option in parameter.opts}
-    assert {word for word in words if word.startswith("-")} <= known
-
-
-def test_make_targets_and_commands_are_found() -> None:
-    assert {"run", "compare", "init", "doctor"} <= {words[0] for words in commands_of_the_table()}
+def test_make_targets_are_those_of_the_makefile() -> None:
     targets = re.findall(r"^    make (\S+)", README, re.MULTILINE)
     assert targets == ["demo", "test", "validate"]
     makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
@@ -151,7 +151,7 @@ def test_the_description_has_no_link_to_a_file(wheel: dict[str, bytes]) -> None:
     shown = message.get_payload()
     assert isinstance(shown, str)
     assert re.findall(r"\]\((?!https?:|#)", shown) == []
-    assert "| How to trust a number (`docs/trust.md`) |" in shown
+    assert "Installing (`docs/install.md`) has other ways" in shown
     # All else is as it stands, code and all.
     assert "docs/picture.svg" not in shown
     code = r"^```.*?^```|^    .*?$"

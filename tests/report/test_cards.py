@@ -198,11 +198,11 @@ COMMANDS: dict[str, list[str]] = {
     "run scene.toml --plot a.svg": ["native: running", "writing a.svg"],
     "timestep scene.toml": ["trying steps"],
     "deck scene.toml -o in.chain": [
-        "native: the step, and what the deck has to find",
+        "native: time step and expected peaks of the deck",
         "writing in.chain",
     ],
-    "unit-test scene.toml": ["native: looking for the wave"],
-    "pulse scope.csv --scale 25": ["looking for few rows that keep the pulse"],
+    "unit-test scene.toml": ["native: motion of the wave"],
+    "pulse scope.csv --scale 25": ["choosing the fewest rows that keep the pulse"],
     "sweep scene.toml --vary duration_ratio=2,3 -o a": ["0 of 2 rows", "2 of 2 rows"],
     "plot a --x duration_ratio --y peak_force": ["drawing a", "writing a/plot.png"],
 }

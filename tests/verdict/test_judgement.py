@@ -57,7 +57,7 @@ def test_the_verdict_is_over_what_was_given(demo_reference: hc.Result) -> None:
     )
     assert ruling.summary.endswith("the largest difference is 2.0e-03")
     assert [row["passed"] for row in ruling.rows[:4]] == [True, None, False, None]
-    assert ruling.remarks == ("the cause is sought where at least 6 contacts are judged",)
+    assert ruling.remarks == ("a cause is named only if at least 6 contacts are judged",)
     assert hc.judge(scene, {2: peak[0], 4: 1.002 * peak[2]}, tolerance=0.01).verdict == "pass"
 
 
