@@ -30,7 +30,17 @@ if TYPE_CHECKING:
     from hertzchain.scene.chain import Chain
     from hertzchain.scene.scene import Scene
     from hertzchain.scene.schedule import Run
-    from hertzchain.scene.shocks import Moving, Piston, Pulse, PulseTable, Sine, Striker
+    from hertzchain.scene.shocks import (
+        HalfSine,
+        Moving,
+        Piston,
+        Pulse,
+        PulseTable,
+        Sawtooth,
+        Sine,
+        Striker,
+        Trapezoid,
+    )
     from hertzchain.scene.terms import Contact, Gauge, Precompression, Uncertain, Wall
     from hertzchain.sweeps.design import scenes
     from hertzchain.sweeps.sweeping import Sweep, sweep
@@ -51,6 +61,7 @@ _HOME = {
     "DeckExamination": "hertzchain.examiner.examined",
     "Fit": "hertzchain.fits.fit",
     "Gauge": "hertzchain.scene.terms",
+    "HalfSine": "hertzchain.scene.shocks",
     "HertzchainError": "hertzchain.errors",
     "Judgement": "hertzchain.verdict.judgement",
     "Lammps": "hertzchain.engines.lammps.backend",
@@ -64,6 +75,7 @@ _HOME = {
     "PulseTable": "hertzchain.scene.shocks",
     "Result": "hertzchain.observables.result",
     "Run": "hertzchain.scene.schedule",
+    "Sawtooth": "hertzchain.scene.shocks",
     "Scene": "hertzchain.scene.scene",
     "Sine": "hertzchain.scene.shocks",
     "Striker": "hertzchain.scene.shocks",
@@ -71,6 +83,7 @@ _HOME = {
     "Sweep": "hertzchain.sweeps.sweeping",
     "TraceJudgement": "hertzchain.verdict.traces.judging",
     "TrainJudgement": "hertzchain.verdict.trains",
+    "Trapezoid": "hertzchain.scene.shocks",
     "Uncertain": "hertzchain.scene.terms",
     "Validation": "hertzchain.uncertainty.validation",
     "Wall": "hertzchain.scene.terms",
@@ -102,6 +115,7 @@ __all__ = [
     "DeckExamination",
     "Fit",
     "Gauge",
+    "HalfSine",
     "HertzchainError",
     "Judgement",
     "Lammps",
@@ -114,6 +128,7 @@ __all__ = [
     "PulseTable",
     "Result",
     "Run",
+    "Sawtooth",
     "Scene",
     "Sine",
     "Spread",
@@ -121,6 +136,7 @@ __all__ = [
     "Sweep",
     "TraceJudgement",
     "TrainJudgement",
+    "Trapezoid",
     "Uncertain",
     "Validation",
     "Wall",

@@ -16,13 +16,16 @@ from hertzchain.scene.chain import MATERIAL, MOST_UNLIKE_GRANULES, Chain
 from hertzchain.scene.keys import Key, keys_of
 from hertzchain.scene.schedule import Run
 from hertzchain.scene.shocks import (
+    HalfSine,
     Moving,
     Piston,
     Pulse,
     PulseTable,
+    Sawtooth,
     Shock,
     Sine,
     Striker,
+    Trapezoid,
     columns_of,
     read_columns,
     read_table,
@@ -168,7 +171,9 @@ def granule_table(chain: Chain) -> str:
     )
 
 
-SHOCKS: tuple[type[Shock], ...] = (Pulse, PulseTable, Striker, Piston, Sine, Moving)
+SHOCKS: tuple[type[Shock], ...] = (
+    Pulse, HalfSine, Sawtooth, Trapezoid, PulseTable, Striker, Piston, Sine, Moving,
+)  # fmt: skip
 """All shocks: one entry each."""
 
 OF_PROFILE = {
@@ -428,6 +433,10 @@ def _shock(section: Mapping[str, Any], folder: Path) -> Shock:
     kind = OF_PROFILE[str(profile)]
     keys = keys_of(kind)
     if kind.column is None:
+        ratio = section.get("momentum_ratio")
+        allowed = f"not a key of this profile: it follows from {', '.join(keys)}, and is printed"
+        is_given = ratio is not None and "momentum_ratio" not in keys
+        require(not is_given, "shock.momentum_ratio", ratio, allowed)
         besides = () if "profile" in keys else ("profile",)
         return _section("shock", section, kind, besides)
     if "file" not in section and "velocity" in keys:  # a piston without a table

@@ -251,6 +251,7 @@ def columns_of(
     held = any(section in scene for section in sections)
     held = held or (shock is not None and shock.is_driven) or "granule" in scene.get("shock", {})
     gauges = _of_gauges(len(scene.get("gauge", ())))
+    of_terms = of_terms or "duration" in scene.get("shock", {})
     if not (of_terms or unlike or {"gap", "velocity"} & {*chain} or held or gauges):
         return ALL
     always = {f"chain.{key}" for key in ("granules", *MATERIAL)} | {"run.end_time", *varied}
@@ -371,7 +372,7 @@ def changed(
     for name, value in values.items():
         section, _, key = name.partition(".")
         of[section][key] = value
-        if name in OTHER_MEASURE:
+        if name in OTHER_MEASURE and base.pulse is not None:
             of[section][OTHER_MEASURE[name].partition(".")[2]] = None
     for wall in WALLS:
         if of[wall].get("kind", "elastic") != "elastic":
