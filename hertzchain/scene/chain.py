@@ -51,7 +51,7 @@ class Chain:
     Parameters
     ----------
     granules
-        N, from 2 to 2^31 - 1.
+        N, from 1 to 2^31 - 1; a single one needs a wall.
     radius
         R [m].
     young_modulus
@@ -76,7 +76,7 @@ class Chain:
         For a value outside what is stated above.
     """
 
-    granules: int = field(metadata=key("", "granules N", least=2, most=MOST_GRANULES, kind="int"))
+    granules: int = field(metadata=key("", "granules N", least=1, most=MOST_GRANULES, kind="int"))
     radius: PerGranule = field(metadata={"key": RADIUS})
     young_modulus: PerGranule = field(metadata={"key": YOUNG_MODULUS})
     poisson_ratio: PerGranule = field(metadata={"key": POISSON_RATIO})

@@ -268,6 +268,11 @@ class Numbered:
         return self.chain.granules + (self.near_wall is not None)
 
     @property
+    def unit_contact(self) -> int:
+        """Place of contact 2 in arrays of contacts; of contact 1 where it is the only one."""
+        return min(self.first_granule, len(self.contacts) - 1)
+
+    @property
     def pushed(self) -> int:
         """Place in ``granules`` of the granule on which the force acts."""
         return self.shock.granule - 1 + self.first_granule

@@ -64,6 +64,7 @@ def refuse_impossible(scene: Any) -> None:
     """
     chain: Chain = scene.chain
     shock: Shock = scene.shock
+    _refuse_lonely(scene)
     pressed, contact, gauges = scene.precompression, scene.contact, scene.gauges
     walls: dict[str, Wall | None] = {"wall": scene.wall, "near_wall": scene.near_wall}
     for gauge in gauges:
@@ -101,6 +102,21 @@ def refuse_impossible(scene: Any) -> None:
     require(not isinstance(chain.gap, tuple) and chain.gap == 0, "chain.gap", None, closed)
     for section, wall in walls.items():
         require(wall is None or wall.gap == 0, f"{section}.gap", wall and wall.gap, closed)
+
+
+def _refuse_lonely(scene: Any) -> None:
+    """Raise a SceneError for a single granule without a wall, or that a piston moves."""
+    if scene.chain.granules > 1:
+        return
+    has_wall = scene.wall is not None or scene.near_wall is not None
+    allowed = "must be at least 2 without a wall: a single granule needs [wall] or [near_wall]"
+    require(has_wall, "chain.granules", 1, allowed)
+    allowed = "must be at least 2 with a piston, which is granule 1 and needs one that it pushes"
+    require(not scene.shock.is_driven, "chain.granules", 1, allowed)
+    allowed = "must be at least 2: the load pushes granule 2 ahead of a striker without loaded"
+    pressed = scene.precompression is not None and scene.precompression.force > 0
+    is_missing = pressed and scene.shock.loaded_granule > 0
+    require(not is_missing, "chain.granules", 1, allowed)
 
 
 def _refuse_fixed(
@@ -292,6 +308,7 @@ class Scene(Numbered, Shown):
         """Names of all that the scene has beyond a uniform chain with free ends under one pulse."""
         chain, pressed = self.chain, self.precompression
         present = (
+            chain.granules == 1,
             any(isinstance(getattr(chain, key), tuple) for key in MATERIAL),
             isinstance(chain.gap, tuple) or chain.gap > 0,
             self.striker is not None,

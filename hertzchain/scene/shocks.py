@@ -422,7 +422,7 @@ class Moving(Shock):
 
     def in_words(self, granules: int, momentum_ratio: float) -> str:
         """One line that describes the shock, with the number of granules."""
-        return f"{granules} granules"
+        return counted(granules)
 
 
 @dataclass(frozen=True, repr=False)
@@ -528,7 +528,7 @@ class Piston(Shock):
         how = f"table of {len(self.rows)} rows, up to {self.impact_velocity:.6g} m/s,"
         if self.velocity is not None:
             how = f"at {self.velocity:.6g} m/s"
-        return f"piston {how} on {granules - 1} granules"
+        return f"piston {how} on {counted(granules - 1)}"
 
 
 Profile = Literal["cosine", "triangular", "cosine-triangular"]
@@ -686,7 +686,12 @@ class PulseTable(Shock):
 
 def of_force(peak_force: float, granules: int, momentum_ratio: float) -> str:
     """Return words for LM_ratio, largest force and number of granules."""
-    return f"LM_ratio = {momentum_ratio:.6g}, {peak_force:.6g} N on {granules} granules"
+    return f"LM_ratio = {momentum_ratio:.6g}, {peak_force:.6g} N on {counted(granules)}"
+
+
+def counted(granules: int) -> str:
+    """Return words for a number of granules."""
+    return "1 granule" if granules == 1 else f"{granules} granules"
 
 
 _MOST_CYCLES = 50_000
@@ -784,7 +789,7 @@ class Sine(Shock):
         """One line that describes the sine, with the number of granules."""
         return (
             f"sine of {self.amplitude:.6g} N, {self.cycles} cycles at {self.frequency:.6g} Hz,"
-            f" on {granules} granules"
+            f" on {counted(granules)}"
         )
 
 
@@ -983,4 +988,5 @@ class Striker(Shock):
 
     def in_words(self, granules: int, momentum_ratio: float) -> str:
         """One line that describes the striker, with the number of other granules."""
-        return f"striker at {self.velocity:.6g} m/s on {granules - 1} granules"
+        others = f" on {counted(granules - 1)}" if granules > 1 else ""
+        return f"striker at {self.velocity:.6g} m/s{others}"

@@ -16,8 +16,9 @@ from hertzchain.scene.chain import MATERIAL, POISSON_RATIO, YIELD_STRENGTH, YOUN
 from hertzchain.scene.keys import Key, check, key, keys_of, of_granule, to_si
 
 ALL_TERMS = (
-    "unlike granules", "gaps", "striker", "piston", "local shock", "moving granules",
-    "fixed granules", "wall", "near wall", "precompression", "gravity", "damping",
+    "single granule", "unlike granules", "gaps", "striker", "piston", "local shock",
+    "moving granules", "fixed granules", "wall", "near wall", "precompression", "gravity",
+    "damping",
 )  # fmt: skip
 """Names of all terms, in the order of ``Scene.terms``."""
 

@@ -98,6 +98,12 @@ def _largest(
     return (None, None) if run.is_cut_off[k] else (float(force[k]), int(run.contact[k]))
 
 
+def _of_contact_n(run: Result) -> float | None:
+    """Return the peak force of contact N; None where it is cut off, or for a single granule."""
+    number, contacts = run.scene.chain.granules, run.scene.contacts
+    return _at(run, "peak_force_N", contacts.index(number)) if number in contacts else None
+
+
 FOUND_COLUMNS = (
     Column("transition_granules", "p, granules in the transition", "int", "waves",
            attrgetter("transition_granules")),
@@ -115,9 +121,7 @@ FOUND_COLUMNS = (
     Column("largest_peak_contact", "contact of the largest peak", "int",
            read=lambda run: _largest(run)[1]),
     Column("last_peak_force_N", "peak force of contact N [N]", of="terms",
-           read=lambda run: _at(
-               run, "peak_force_N", run.scene.contacts.index(run.scene.chain.granules)
-           )),
+           read=_of_contact_n),
     Column("largest_dynamic_force_N", "largest peak force less the static force [N]",
            of="precompression", read=lambda run: _largest(run, run.static_force)[0]),
     *_of_wall("near_wall", 0),

@@ -182,9 +182,10 @@ def _expected(scene: Scene) -> tuple[float, float, float]:
     """Estimated deepest overlap, shallowest that is judged, and way of the last granule."""
     if scene.is_plain:
         return _overlap(_highest_peak(scene)), _overlap(_lowest_peak(scene)), _flight(scene)
-    stiffness, first = scene.granules.stiffness, scene.first_granule
+    stiffness, first = scene.granules.stiffness, scene.unit_contact
     # At all times as fast as a granule that the shock throws ahead, or that moves at the start.
-    thrown = float(np.max(np.abs(scene.granules.velocity[1:]))) / scene.units.velocity
+    others = np.abs(scene.granules.velocity[1:])
+    thrown = float(np.max(others, initial=0.0)) / scene.units.velocity
     flight = max(2.0 * min(1.0, scene.momentum_ratio), thrown) * scene.end_time / scene.units.time
     return (
         _overlap(_HIGHEST_WITH_TERMS * float(stiffness[first] / np.min(stiffness))),

@@ -52,7 +52,6 @@ START = (
     "boundary s f f",
     "comm_modify vel yes",
 )
-
 _ANY = "granular"
 """Pair style with a law for each pair of types; the others have one law for all pairs."""
 
@@ -64,11 +63,19 @@ def set_up(scene: Scene, pair_style: str = "granular", version: str | None = Non
     """
     if version is not None:
         refuse_old(scene, version)
-    return "\n".join([*START, "", *chain(scene, pair_style)]) + "\n"
+    return "\n".join([*start(scene), "", *chain(scene, pair_style)]) + "\n"
+
+
+def start(scene: Scene) -> tuple[str, ...]:
+    """Return the commands before the granules."""
+    if scene.bodies > 1:
+        return START
+    # A box that follows a single granule would have no length: it never gets smaller than at first.
+    return tuple(line.replace(" s f f", " m f f") for line in START)
 
 
 def chain(scene: Scene, pair_style: str) -> list[str]:
-    """Return the commands after ``START``: granules, contacts, motion, and supports and loads.
+    """Return the commands after ``start``: granules, contacts, motion, and supports and loads.
 
     RunFailed if LAMMPS, or this pair style, does not support the scene.
     """
@@ -132,7 +139,7 @@ def granules(scene: Scene, pair_style: str) -> list[str]:
         radius = float(np.min(scene.granules.radius))
         atoms = _one_by_one(scene, of_each, len(kinds))
         if pair_style == _ANY:
-            laws = _pairs(kinds, scene, (of_each[0], of_each[1]))
+            laws = _pairs(kinds, scene, of_each[:2])
             law = [*by_version(scene), f"pair_style {_ANY}", *laws]
         else:
             law = _of_all(scene.contact, pair_style)
@@ -247,7 +254,7 @@ def _spheres(groups: list[tuple[float, float, int]]) -> list[str]:
     return lines
 
 
-def _pairs(kinds: list[_Kind], scene: Scene, first: tuple[int, int]) -> list[str]:
+def _pairs(kinds: list[_Kind], scene: Scene, first: list[int]) -> list[str]:
     """Yield each pair's law: hertz takes 4/3 E*, with 1/E* the sum of (1 - nu^2) / E of both.
 
     ``first`` are the types of the first two granules. Where the first stands for a near wall, their

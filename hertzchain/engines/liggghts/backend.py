@@ -42,7 +42,7 @@ class Liggghts(ProgramEngine):
     INSTALL: ClassVar[str] = "apt install liggghts"
     FASTEST: ClassVar[tuple[float, float]] = (0.3e-6, 8e-9)  # 4e-6 measured with 60 granules
     TERMS: ClassVar[tuple[str, ...]] = tuple(
-        term for term in ALL_TERMS if term not in ("fixed granules", "near wall")
+        term for term in ALL_TERMS if term not in ("single granule", "fixed granules", "near wall")
     )
     ENVIRONMENT: ClassVar[dict[str, str]] = {"OMP_NUM_THREADS": "1"}
 

@@ -41,7 +41,7 @@ class Yade(ProgramEngine):
     INSTALL: ClassVar[str] = "apt install yade"
     FASTEST: ClassVar[tuple[float, float]] = (3e-6, 1e-7)  # 4e-5 and 4e-7 measured
     TERMS: ClassVar[tuple[str, ...]] = tuple(
-        term for term in ALL_TERMS if term not in ("fixed granules", "near wall")
+        term for term in ALL_TERMS if term not in ("single granule", "fixed granules", "near wall")
     )
     # Yade's own Python cannot use the modules of this one.
     ENVIRONMENT: ClassVar[dict[str, str]] = {"PYTHONPATH": ""}
