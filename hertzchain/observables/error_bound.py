@@ -100,7 +100,7 @@ class Safety:
         of_times = self.of_times, dynamic, REST_OF_TIMES * rest
         return ContactErrors(
             peak, bound("first", self.factor, dynamic), bound("arrival", *of_times),
-            bound("width", *of_times), dynamic,
+            bound("width", *of_times), bound("contact_time", *of_times), dynamic,
         )  # fmt: skip
 
 

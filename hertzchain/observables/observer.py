@@ -109,19 +109,24 @@ static force; the least dynamic force that counts; time unit times F^(1/6), 0 wh
 ended; the laws of the contacts; the total forces above and below which a step has something new."""
 
 MAXIMUM = np.dtype(
-    [(name, np.float64) for name in ("force", "time", "arrival", "slope", "exceeded")]
+    [
+        (name, np.float64)
+        for name in ("force", "time", "arrival", "slope", "exceeded", "closed", "opened")
+    ]
 )
 """A maximum of a signal, its time, and when the signal first reached half of it; the steepest slope
 where it then fell through ``FALLS``; when it was exceeded if it had stood as a front (infinite
-while it is not, NaN if it had not)."""
+while it is not, NaN if it had not); when the force began and when it was over, NaN where the
+contact was pressed from the start, had opened before, or has not opened."""
 
 PULSE = np.dtype(
-    [(name, np.float64) for name in ("force", "time", "arrival", "width")]
+    [(name, np.float64) for name in ("force", "time", "arrival", "width", "contact_time")]
     + [(name, np.bool_) for name in ("is_clear", "is_front", "is_steady")],
     align=True,
 )
 """A first pulse: dynamic force and its time, when the signal first reached half of it, how long
-after that the pulse was over (NaN where its end was not seen); and what it is: see
+after that the pulse was over (NaN where its end was not seen), and from the closing of the contact
+to its opening (NaN where one of both was not seen); and what it is: see
 ``first_pulse.FirstPulses``."""
 
 RISE = np.dtype(
@@ -194,7 +199,7 @@ def watch_of(signals: Any, contacts: int) -> Watch:
     """Return a watch on signals, the first of which are those of all contacts."""
     count = signals.size
     pulses = np.zeros(count, PULSE)
-    for name in ("force", "time", "arrival", "width"):
+    for name in ("force", "time", "arrival", "width", "contact_time"):
         pulses[name] = np.nan
     return Watch(
         signals, np.zeros((count, PULSES), MAXIMUM), np.zeros((count, PULSES, len(FALLS))),
@@ -528,18 +533,46 @@ def _begin_maximum(w: Any, k: int, force: float) -> None:
                 falls[n, m] = falls[n + 1, m]
         s.pulses -= 1
     n, s.pulses, s.fallen = s.pulses, s.pulses + 1, 0
-    maxima[n].arrival = maxima[n].exceeded = math.nan
+    maxima[n].arrival = maxima[n].exceeded = maxima[n].closed = maxima[n].opened = math.nan
     maxima[n].slope = 0.0
     falls[n, 0] = falls[n, 1] = falls[n, 2] = math.nan
 
 
 @part
-def _set_levels(s: Any, force: float) -> None:
+def _set_levels(s: Any, maximum: Any) -> None:
     """Set the total forces above and below which a step has something new."""
-    s.above = s.static + force
+    s.above = s.static + maximum.force
     s.below = -math.inf
     if s.fallen < 3:
-        s.below = s.static + FALLS[s.fallen] * force
+        s.below = s.static + FALLS[s.fallen] * maximum.force
+    elif math.isnan(maximum.opened) and not math.isnan(maximum.closed):
+        s.below = 0.0
+
+
+@compiled
+def _change(p: Any, low: float, high: float, level: float, closes: bool, s: Any) -> float:
+    """When a force first exceeds a total force within a part of a step, or no longer does."""
+    for _ in range(53):  # bisections: to the last digit
+        place = (low + high) / 2
+        if (force_at(p, place, s) + s.static > level) == closes:
+            high = place
+        else:
+            low = place
+    return float(p.begin + p.h * high)
+
+
+@compiled
+def _closed(p: Any, low: float, high: float, s: Any) -> float:
+    """When the contact of a signal closed within a part of a step; NaN under a static load.
+
+    Granules that touch at rest have overlaps that grow from 0 without a begin: their contact counts
+    as closed from the least force on that is observed.
+    """
+    if s.static > 0.0:
+        return math.nan
+    gap, rate = value_at(p.a, 0.0), slope_at(p.a, 0.0)
+    meets = gap < 0.0 or (gap == 0.0 and rate > 0.0)
+    return _change(p, low, high, 0.0 if meets else s.least, True, s)
 
 
 @compiled
@@ -559,7 +592,11 @@ def _rise(
             maxima[last].arrival = _reached(w, k, stands / 2)
             maxima[last].exceeded = math.inf
     if last < 0 or s.fallen > 0 or stood:
+        closed = _closed(p, low, high, s)
+        if last >= 0:
+            closed = maxima[last].closed if math.isnan(maxima[last].opened) else math.nan
         _begin_maximum(w, k, top)
+        maxima[s.pulses - 1].closed = closed
     _keep_piece(w, k, p, start, end, other_start, other_end, low, high, before, top)
     maximum = maxima[s.pulses - 1]
     maximum.force, maximum.time = top, p.begin + high * p.h
@@ -570,7 +607,7 @@ def _rise(
                 place = _place(p, level, low, high, before, top, False, s)
                 maxima[n].exceeded = p.begin + p.h * place
     s.fallen = 0
-    _set_levels(s, top)
+    _set_levels(s, maximum)
 
 
 @compiled
@@ -591,7 +628,9 @@ def _fall(
         if s.fallen == 1:
             maximum.arrival = _reached(w, k, maximum.force / 2)
         s.fallen += 1
-    _set_levels(s, maximum.force)
+    if s.static + rest <= 0.0 and math.isnan(maximum.opened):
+        maximum.opened = _change(p, low, high, 0.0, False, s)
+    _set_levels(s, maximum)
 
 
 @part
@@ -765,6 +804,7 @@ def read_off(w: Watch) -> None:
             over = maxima[front].exceeded if is_front else w.falls[k, n, 1]
         pulse.arrival = maxima[chosen].arrival if is_ended else _reached(w, k, force / 2)
         pulse.width = over - pulse.arrival
+        pulse.contact_time = maxima[chosen].opened - maxima[chosen].closed
         first, last = _end_of(w, k, 0, FLOOR), _end_of(w, k, 2, FLOOR)
         is_clear = not math.isnan(pulse.width) and (s.crowded == 0 or chosen == 0)
         for other in (

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from importlib.metadata import version
 from numbers import Integral
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -216,6 +216,25 @@ ROUGH = 0.01  # error of the peaks above which p means nothing: p depends on cha
 _STILL = 1e-6  # increase of a static force that is round-off, relative (chosen)
 
 
+_MIXED = 1e-6
+"""Sum of the momenta at the start over that of their sizes below which they cancel (chosen)."""
+
+
+class Restitution(NamedTuple):
+    """Momentum back over momentum in, at the end of a run.
+
+    Parameters
+    ----------
+    first_granule
+        That of granule 1; None where nothing gives it momentum, or where it is pressed.
+    column
+        That of all granules; None without a wall, and where they press it.
+    """
+
+    first_granule: float | None
+    column: float | None
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class Result(ShownRun):
     """Result of one backend for one scene.
@@ -319,6 +338,34 @@ class Result(ShownRun):
             hertz.slowness(chain.contact_stiffness, chain.granule_mass / 2),
         )  # fmt: skip
         return wave.without_errors() if self.scene.pulse is None else wave
+
+    @cached_property
+    def restitution(self) -> Restitution | None:
+        """Momentum at the end over that at the start, with the opposite sign.
+
+        None for plain scenes and pistons, under static loads, and between two walls.
+        """
+        scene = self.scene
+        loaded = scene.precompression is not None or scene.piston is not None
+        walls = (scene.wall is not None) + (scene.near_wall is not None)
+        if scene.is_plain or loaded or walls == 2:
+            return None
+        granules, first = scene.granules, scene.first_granule
+        mass, contacts = granules.mass[first:], granules.stiffness.size
+        place = np.zeros(granules.radius.size + 1)
+        place[first:-1] = self.displacement
+        is_open = (place[:-1] - place[1:])[:contacts] <= granules.gap
+        momentum = np.where(np.isinf(mass), 0.0, mass) * self.velocity
+        at_start = granules.moved[first:]
+        at_start[scene.shock.granule - 1] += scene.applied_impulse
+        whole, one = float(np.sum(at_start)), float(at_start[0])
+        by_wall = is_open[0 if scene.near_wall is not None else -1]
+        is_column = walls > 0 and by_wall and abs(whole) > _MIXED * np.sum(np.abs(at_start))
+        is_first = bool(one) and bool(np.all(is_open[: first + 1]))
+        return Restitution(
+            -float(momentum[0]) / one if is_first else None,
+            -float(np.sum(momentum)) / whole if is_column else None,
+        )
 
     @property
     def overlap_ratio(self) -> float:
@@ -600,6 +647,7 @@ class Result(ShownRun):
             **{name: or_none(values) for name, values in self.first_columns.items()},
             **({} if self.first_pulses is None else {"wave": dict_of(self.usual_wave)}),
             **({"gauges": [gauge.to_dict(scene, history) for gauge in gauges]} if gauges else {}),
+            **({} if self.restitution is None else {"restitution": self.restitution._asdict()}),
             "transition_granules": self.transition_granules,
             "solitary_wave": {
                 "peak_force_N": wave.peak_force,

@@ -91,6 +91,7 @@ def _facts(result: Result) -> list[tuple[str, str]]:
     """Return label and value of the facts of the whole run."""
     facts = [
         *main_facts(result),
+        *_facts_of_collision(result),
         *_facts_of_wave(result),
         *_facts_of_gauges(result),
         ("error of the peaks, at most", f"{result.error_estimate:.1e}"),
@@ -137,6 +138,23 @@ def _first_facts(result: Result) -> list[tuple[str, str]]:
         ("error of first pulses, at most", f"{force:.1e}"),
         ("error of arrivals, at most", with_unit(float(arrival), "s", 0.1)),
     ]
+
+
+def _facts_of_collision(result: Result) -> list[tuple[str, str]]:
+    """Return contact times with walls, and the momentum that came back; nothing where none did."""
+    facts, columns, scene = [], result.first_columns, result.scene
+    for section, k in ("near_wall", 0), ("wall", -1):
+        if getattr(scene, section) is None or not columns:
+            continue
+        time, error = (columns[name][k] for name in ("contact_time_s", "contact_time_error_s"))
+        if np.isfinite(time):
+            name = section.replace("_", " ")
+            facts.append((f"contact time with the {name}", with_unit(time, "s", error / time)))
+    if (restitution := result.restitution) is not None:
+        parts = zip(("granule 1", "all granules"), restitution, strict=True)
+        values = [f"{name} {value:.3g}" for name, value in parts if value is not None]
+        facts += [("momentum back over momentum in", ", ".join(values))] if values else []
+    return facts
 
 
 def _facts_of_gauges(result: Result) -> list[tuple[str, str]]:

@@ -67,12 +67,15 @@ TERMS = tuple(name for name in _OF_KEYS if name not in PARAMETERS)
 FIRST = ("first_peak_force_N", "arrival_time_s")
 """Columns of first pulses."""
 
+_WITH_TIME = (*FIRST, "contact_time_s")
+"""Columns of first pulses on walls."""
+
 
 def _at(run: Result, name: str, k: int) -> float | None:
     """Return a number of the k-th contact; None where it is unknown."""
     if run.is_cut_off[k]:
         return None
-    if name in FIRST:
+    if name in _WITH_TIME:
         return run.first_columns[name][k] if run.first_columns else None
     values = run.peak_force if name == "peak_force_N" else run.peak_time
     return None if run.peak_errors[k] >= 1 else float(values[k])
@@ -81,11 +84,12 @@ def _at(run: Result, name: str, k: int) -> float | None:
 def _of_wall(section: str, k: int) -> tuple[Column, ...]:
     """Return the columns of a wall with the k-th contact."""
     labels = ("first peak force on the {} [N]", "arrival at the {} [s]",
-              "peak force on the {} [N]", "time of the peak force on the {} [s]")  # fmt: skip
+              "contact time with the {} [s]", "peak force on the {} [N]",
+              "time of the peak force on the {} [s]")  # fmt: skip
     return tuple(
         Column(f"{section}_{name}", label.format(section.replace("_", " ")), of=section,
                read=partial(_at, name=name, k=k))
-        for name, label in zip((*FIRST, "peak_force_N", "peak_time_s"), labels, strict=True)
+        for name, label in zip((*_WITH_TIME, "peak_force_N", "peak_time_s"), labels, strict=True)
     )  # fmt: skip
 
 
@@ -96,6 +100,11 @@ def _largest(
     force = run.peak_force - (0.0 if static is None else static)
     k = int(np.argmax(force))
     return (None, None) if run.is_cut_off[k] else (float(force[k]), int(run.contact[k]))
+
+
+def _restitution(run: Result, name: str) -> float | None:
+    """Return a coefficient of ``Result.restitution``; None where there is none."""
+    return None if run.restitution is None else getattr(run.restitution, name)
 
 
 def _of_contact_n(run: Result) -> float | None:
@@ -126,6 +135,9 @@ FOUND_COLUMNS = (
            of="precompression", read=lambda run: _largest(run, run.static_force)[0]),
     *_of_wall("near_wall", 0),
     *_of_wall("wall", -1),
+    *(Column(f"{name}_restitution", f"momentum back over momentum in, {label}", of="terms",
+             read=partial(_restitution, name=name))
+      for name, label in (("first_granule", "granule 1"), ("column", "all granules"))),
     Column("contacts_cut_off", "contacts whose peak may come after the end of the run", "int",
            "terms", lambda run: len(run.cut_off)),
     Column("overlap_ratio", "largest overlap / R", read=attrgetter("overlap_ratio")),
