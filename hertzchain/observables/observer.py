@@ -82,6 +82,11 @@ _EDGE_RATIO = 1e-6
 """Part of a step at its ends in which no extrema are searched (chosen): where a contact closes,
 rounding decides whether it is open at the very start."""
 
+_SLOW_OPENING = 0.1
+"""Way of the opening granules in a contact time over the deepest overlap (chosen): those that part
+more slowly may as well not part, and their contact time has no right digit. Elastic spheres have
+2.9."""
+
 _OPEN_RATE_RATIO = 1e-200
 """Rate of the force of an open contact over the rate of its overlap."""
 
@@ -117,7 +122,8 @@ MAXIMUM = np.dtype(
 """A maximum of a signal, its time, and when the signal first reached half of it; the steepest slope
 where it then fell through ``FALLS``; when it was exceeded if it had stood as a front (infinite
 while it is not, NaN if it had not); when the force began and when it was over, NaN where the
-contact was pressed from the start, had opened before, or has not opened."""
+contact was pressed from the start, had opened before, or has not opened; infinite where it opened
+too slowly to say when."""
 
 PULSE = np.dtype(
     [(name, np.float64) for name in ("force", "time", "arrival", "width", "contact_time")]
@@ -550,19 +556,19 @@ def _set_levels(s: Any, maximum: Any) -> None:
 
 
 @compiled
-def _change(p: Any, low: float, high: float, level: float, closes: bool, s: Any) -> float:
-    """When a force first exceeds a total force within a part of a step, or no longer does."""
+def _touch(p: Any, low: float, high: float, closes: bool) -> float:
+    """Where in a part of a step the overlap of a contact begins, or ends."""
     for _ in range(53):  # bisections: to the last digit
         place = (low + high) / 2
-        if (force_at(p, place, s) + s.static > level) == closes:
+        if (value_at(p.a, place) > 0.0) == closes:
             high = place
         else:
             low = place
-    return float(p.begin + p.h * high)
+    return high
 
 
 @compiled
-def _closed(p: Any, low: float, high: float, s: Any) -> float:
+def _closed(p: Any, low: float, high: float, top: float, s: Any) -> float:
     """When the contact of a signal closed within a part of a step; NaN under a static load.
 
     Granules that touch at rest have overlaps that grow from 0 without a begin: their contact counts
@@ -570,9 +576,12 @@ def _closed(p: Any, low: float, high: float, s: Any) -> float:
     """
     if s.static > 0.0:
         return math.nan
-    gap, rate = value_at(p.a, 0.0), slope_at(p.a, 0.0)
-    meets = gap < 0.0 or (gap == 0.0 and rate > 0.0)
-    return _change(p, low, high, 0.0 if meets else s.least, True, s)
+    overlap, rate = value_at(p.a, 0.0), slope_at(p.a, 0.0)
+    if overlap < 0.0 or (overlap == 0.0 and rate > 0.0):
+        place = _touch(p, low, high, True)
+    else:
+        place = _place(p, s.least, low, high, force_at(p, low, s), top, False, s)
+    return float(p.begin + p.h * place)
 
 
 @compiled
@@ -592,7 +601,7 @@ def _rise(
             maxima[last].arrival = _reached(w, k, stands / 2)
             maxima[last].exceeded = math.inf
     if last < 0 or s.fallen > 0 or stood:
-        closed = _closed(p, low, high, s)
+        closed = _closed(p, low, high, top, s)
         if last >= 0:
             closed = maxima[last].closed if math.isnan(maxima[last].opened) else math.nan
         _begin_maximum(w, k, top)
@@ -628,8 +637,15 @@ def _fall(
         if s.fallen == 1:
             maximum.arrival = _reached(w, k, maximum.force / 2)
         s.fallen += 1
-    if s.static + rest <= 0.0 and math.isnan(maximum.opened):
-        maximum.opened = _change(p, low, high, 0.0, False, s)
+    # A damper may take the whole force of a contact that is still closed.
+    is_open = s.static + rest <= 0.0 and value_at(p.a, high) <= 0.0
+    if is_open and math.isnan(maximum.opened):
+        place = _touch(p, low, high, False)
+        maximum.opened = p.begin + p.h * place
+        speed = -slope_at(p.a, place) / p.h
+        deepest = (maximum.force / s.stiffness) ** (2 / 3)
+        if speed * (maximum.opened - maximum.closed) < _SLOW_OPENING * deepest:
+            maximum.opened = math.inf
     _set_levels(s, maximum)
 
 
@@ -804,7 +820,8 @@ def read_off(w: Watch) -> None:
             over = maxima[front].exceeded if is_front else w.falls[k, n, 1]
         pulse.arrival = maxima[chosen].arrival if is_ended else _reached(w, k, force / 2)
         pulse.width = over - pulse.arrival
-        pulse.contact_time = maxima[chosen].opened - maxima[chosen].closed
+        if maxima[chosen].opened < math.inf:
+            pulse.contact_time = maxima[chosen].opened - maxima[chosen].closed
         first, last = _end_of(w, k, 0, FLOOR), _end_of(w, k, 2, FLOOR)
         is_clear = not math.isnan(pulse.width) and (s.crowded == 0 or chosen == 0)
         for other in (

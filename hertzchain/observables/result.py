@@ -127,7 +127,8 @@ class LargestPressure:
     Parameters
     ----------
     pressure
-        p0, the pressure in the middle of the contact at its peak force [Pa].
+        p0, the pressure in the middle of the contact at its peak force [Pa]; NaN where contacts
+        were measured.
     contact
         Number of the contact.
     time
@@ -144,13 +145,17 @@ class LargestPressure:
         return self.pressure / YIELDS_AT
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the keys of a JSON document; null for the time where no contact was pressed."""
-        return {
+        """Return the keys of a JSON document; null for the time where no contact was pressed.
+
+        All are null where contacts were measured.
+        """
+        numbers = {
             "largest_pressure_Pa": self.pressure,
             "largest_pressure_contact": self.contact,
             "largest_pressure_time_s": self.time,
             "needed_yield_strength_Pa": self.needed_strength,
         }
+        return dict.fromkeys(numbers) if math.isnan(self.pressure) else numbers
 
 
 def largest_pressure(
@@ -169,8 +174,11 @@ def pressures(scene: Scene, force: FloatArray) -> FloatArray:
     """Return p0 of every contact under its force [N]; [Pa], shape (contacts,).
 
     The force of a damped contact has the part of its damper, so that p0 is above that of the
-    overlap: by 0.06 % for two spheres of restitution 0.9, by 3 % for 0.5 (measured).
+    overlap: by 0.06 % for two spheres of restitution 0.9, by 3 % for 0.5 (measured). NaN where
+    contacts were measured: their curvature is not known.
     """
+    if scene.measures_contacts:
+        return np.full(force.shape, np.nan)
     each = scene.granules
     return np.asarray(hertz.pressure_of(each.stiffness, each.contact_radius, force))
 

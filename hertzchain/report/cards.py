@@ -10,7 +10,7 @@ import numpy as np
 
 from hertzchain.observables.result import Result
 from hertzchain.report.document import Document, describe
-from hertzchain.scene.chain import MATERIAL, Chain
+from hertzchain.scene.chain import MATERIAL, MEASURED, Chain
 from hertzchain.scene.keys import keys_of
 from hertzchain.scene.scene import Scene
 
@@ -77,7 +77,8 @@ def printed(document: Document) -> str:
 def _of_scene(scene: Scene) -> str:
     chain, units = scene.chain, scene.units
     facts = [("granules", f"{chain.granules:,}")]
-    facts += [(key, _range(getattr(chain, key), keys_of(Chain)[key].unit)) for key in MATERIAL]
+    given = [key for key in (*MATERIAL, *MEASURED) if getattr(chain, key) is not None]
+    facts += [(key, _range(getattr(chain, key), keys_of(Chain)[key].unit)) for key in given]
     facts += [
         ("terms", ", ".join(scene.terms) or "none: like granules, free ends, one pulse"),
         ("largest applied force", f"{scene.peak_force:.6g} N"),

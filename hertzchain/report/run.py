@@ -108,6 +108,8 @@ def _facts(result: Result) -> list[tuple[str, str]]:
 def largest_pressure(result: Result) -> str:
     """Return the largest pressure, where it is, and the strength below which a metal yields."""
     largest = result.largest_pressure
+    if np.isnan(largest.pressure):
+        return "not known: a measured stiffness does not tell it"
     if largest.time is None:
         return "0 Pa: no contact was pressed"
     return (

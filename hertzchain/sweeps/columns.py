@@ -16,7 +16,7 @@ import numpy as np
 from hertzchain.arrays import FloatArray
 from hertzchain.errors import SceneError, did_you_mean, require
 from hertzchain.observables.result import Result
-from hertzchain.scene.chain import MATERIAL, Chain
+from hertzchain.scene.chain import MATERIAL, MEASURED, Chain
 from hertzchain.scene.file import (
     KEYS,
     OF_PROFILE,
@@ -49,7 +49,7 @@ class Column:
 
 _OF_KEYS = {name: Column(name, key.axis, key.kind) for name, key in KEYS.items() if key.label}
 
-_OF_UNLIKE = ("chain.gap", "chain.velocity")
+_OF_UNLIKE = ("chain.gap", "chain.velocity", *(f"chain.{key}" for key in MEASURED))
 """Keys of [chain] that no plain chain has."""
 
 PARAMETERS = tuple(
@@ -268,7 +268,8 @@ def columns_of(
     held = held or (shock is not None and shock.is_driven) or "granule" in scene.get("shock", {})
     gauges = _of_gauges(len(scene.get("gauge", ())))
     of_terms = of_terms or "duration" in scene.get("shock", {})
-    if not (of_terms or unlike or {"gap", "velocity"} & {*chain} or held or gauges):
+    of_terms = of_terms or bool({"gap", "velocity", *MEASURED} & {*chain})
+    if not (of_terms or unlike or held or gauges):
         return ALL
     always = {f"chain.{key}" for key in ("granules", *MATERIAL)} | {"run.end_time", *varied}
     if shock is not None:
@@ -312,12 +313,15 @@ def numbers_of(run: Result) -> dict[str, float | None]:
 
 _Part = TypeVar("_Part")
 
-_OF_GRANULE = (*MATERIAL, "gap", "velocity")
+_OF_GRANULE = (*MATERIAL, "gap", "velocity", *MEASURED)
 _OF_ELASTIC_WALL = ("young_modulus", "poisson_ratio", "yield_strength")
 WALLS = ("wall", "near_wall")
 """Sections of walls."""
 _OF_WALLS = (f"{wall}.{key}" for wall in WALLS for key in DAMPING.values())
-_IF_GIVEN = ("chain.velocity", "shock.granule", *_OF_WALLS)
+_IF_GIVEN = (
+    "chain.velocity", "shock.granule", *_OF_WALLS,
+    *(f"chain.{key}" for key in (*MATERIAL, *MEASURED)), *(f"{wall}.stiffness" for wall in WALLS),
+)  # fmt: skip
 """Keys that vary only if the scene has them, because other keys have the same names."""
 
 
@@ -340,10 +344,12 @@ def names_of(scene: Scene) -> tuple[str, ...]:
             names.append(name)
     for number, segment in enumerate(segments, start=1):
         cell = segment.get("cell", [])
-        keys = ("granules", *_OF_GRANULE, *(() if cell else ("radius_ratio",)))
+        absent = {key for key in (*MATERIAL, *MEASURED) if getattr(scene.chain, key) is None}
+        of_granule = [key for key in _OF_GRANULE if key not in absent]
+        keys = ("granules", *of_granule, *(() if cell else ("radius_ratio",)))
         names += [f"chain.segments.{number}.{key}" for key in keys]
         for place in range(1, len(cell) + 1):
-            names += [f"chain.segments.{number}.cell.{place}.{key}" for key in _OF_GRANULE]
+            names += [f"chain.segments.{number}.cell.{place}.{key}" for key in of_granule]
     return tuple(names)
 
 

@@ -58,7 +58,10 @@ class Softening:
         gap = _times(self.length, scene.chain.gap)
         modulus = self._modulus(scene.chain.young_modulus)
         velocity = _times(self.length / self.time, scene.chain.velocity)
-        chain = replace(scene.chain, young_modulus=modulus, gap=gap, velocity=velocity)
+        stiffness = self._modulus(scene.chain.stiffness)
+        chain = replace(
+            scene.chain, young_modulus=modulus, gap=gap, velocity=velocity, stiffness=stiffness
+        )
         return Scene(
             chain, shock, run, self._wall(scene.wall, scene.contact), scene.precompression,
             self._contact(scene.contact), scene.gauges,
@@ -69,7 +72,10 @@ class Softening:
         if wall is None:
             return None
         modulus = self._modulus(wall.young_modulus)
-        softer_wall = replace(wall, young_modulus=modulus, gap=self.length * wall.gap)
+        softer_wall = replace(
+            wall, young_modulus=modulus, gap=self.length * wall.gap,
+            stiffness=self._modulus(wall.stiffness),
+        )  # fmt: skip
         if contact is None or not wall.own_damping:
             return softer_wall
         return softer_wall.damped(self._contact(contact.at(wall)))

@@ -12,12 +12,11 @@ import numpy as np
 
 from hertzchain.engines.external.engine import Found, ProgramEngine
 from hertzchain.engines.external.readings import Granules, read_frames
-from hertzchain.engines.external.terms import refuse_damping_of_wall
+from hertzchain.engines.external.terms import OF_OTHER_CODES, refuse_damping_of_wall
 from hertzchain.engines.liggghts import deck
 from hertzchain.engines.liggghts.deck import models, refuse_damping
 from hertzchain.errors import RunFailed
 from hertzchain.scene.scene import Scene
-from hertzchain.scene.terms import ALL_TERMS
 
 _LOG = "log.liggghts"
 
@@ -41,9 +40,7 @@ class Liggghts(ProgramEngine):
     FILE: ClassVar[str] = "in.chain"
     INSTALL: ClassVar[str] = "apt install liggghts"
     FASTEST: ClassVar[tuple[float, float]] = (0.3e-6, 8e-9)  # 4e-6 measured with 60 granules
-    TERMS: ClassVar[tuple[str, ...]] = tuple(
-        term for term in ALL_TERMS if term not in ("single granule", "fixed granules", "near wall")
-    )
+    TERMS: ClassVar[tuple[str, ...]] = OF_OTHER_CODES
     ENVIRONMENT: ClassVar[dict[str, str]] = {"OMP_NUM_THREADS": "1"}
 
     WRITER: ClassVar[ModuleType] = deck

@@ -12,11 +12,10 @@ import numpy as np
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.external.engine import Found, ProgramEngine
 from hertzchain.engines.external.readings import Granules
-from hertzchain.engines.external.terms import refuse_damping_of_wall
+from hertzchain.engines.external.terms import OF_OTHER_CODES, refuse_damping_of_wall
 from hertzchain.engines.yade import deck
 from hertzchain.errors import RunFailed
 from hertzchain.scene.scene import Scene
-from hertzchain.scene.terms import ALL_TERMS
 
 
 @dataclass(frozen=True)
@@ -40,9 +39,7 @@ class Yade(ProgramEngine):
     FILE: ClassVar[str] = "chain.py"
     INSTALL: ClassVar[str] = "apt install yade"
     FASTEST: ClassVar[tuple[float, float]] = (3e-6, 1e-7)  # 4e-5 and 4e-7 measured
-    TERMS: ClassVar[tuple[str, ...]] = tuple(
-        term for term in ALL_TERMS if term not in ("single granule", "fixed granules", "near wall")
-    )
+    TERMS: ClassVar[tuple[str, ...]] = OF_OTHER_CODES
     # Yade's own Python cannot use the modules of this one.
     ENVIRONMENT: ClassVar[dict[str, str]] = {"PYTHONPATH": ""}
 
