@@ -100,9 +100,14 @@ class Safety:
         of_times = self.of_times, dynamic, REST_OF_TIMES * rest
         return ContactErrors(
             peak, bound("first", self.factor, dynamic), bound("arrival", *of_times),
-            bound("width", *of_times), bound("contact_time", *of_times), dynamic,
+            bound("width", *of_times),
+            bound("contact_time", _OPENING * self.of_times, *of_times[1:]), dynamic,
         )  # fmt: skip
 
+
+_OPENING = 4.0
+"""Safety factor of contact times over that of other times (chosen): without it one of 4,600 contact
+times of 2,484 random scenes was off by 1.6 times its bound, long after the pulse."""
 
 SAFETIES = {
     safety.kind: safety

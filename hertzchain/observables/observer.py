@@ -82,6 +82,9 @@ _EDGE_RATIO = 1e-6
 """Part of a step at its ends in which no extrema are searched (chosen): where a contact closes,
 rounding decides whether it is open at the very start."""
 
+_OPEN_OVERLAP = 1e-6
+"""Overlap of an open contact without a force, over its deepest one, by rounding (chosen)."""
+
 _SLOW_OPENING = 0.1
 """Way of the opening granules in a contact time over the deepest overlap (chosen): those that part
 more slowly may as well not part, and their contact time has no right digit. Elastic spheres have
@@ -637,13 +640,14 @@ def _fall(
         if s.fallen == 1:
             maximum.arrival = _reached(w, k, maximum.force / 2)
         s.fallen += 1
-    # A damper may take the whole force of a contact that is still closed.
-    is_open = s.static + rest <= 0.0 and value_at(p.a, high) <= 0.0
+    # A damper may take the whole force of a contact that is still closed; a step that ends where
+    # the contact opens does so within rounding.
+    deepest = (maximum.force / s.stiffness) ** (2 / 3)
+    is_open = s.static + rest <= 0.0 and value_at(p.a, high) <= _OPEN_OVERLAP * deepest
     if is_open and math.isnan(maximum.opened):
         place = _touch(p, low, high, False)
         maximum.opened = p.begin + p.h * place
         speed = -slope_at(p.a, place) / p.h
-        deepest = (maximum.force / s.stiffness) ** (2 / 3)
         if speed * (maximum.opened - maximum.closed) < _SLOW_OPENING * deepest:
             maximum.opened = math.inf
     _set_levels(s, maximum)
