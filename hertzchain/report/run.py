@@ -143,7 +143,7 @@ def _first_facts(result: Result) -> list[tuple[str, str]]:
 
 
 def _facts_of_collision(result: Result) -> list[tuple[str, str]]:
-    """Return contact times with walls, and the momentum that came back; nothing where none did."""
+    """Return contact times with walls, and the momentum that came back; nothing without walls."""
     facts, columns, scene = [], result.first_columns, result.scene
     for section, k in ("near_wall", 0), ("wall", -1):
         if getattr(scene, section) is None or not columns:
@@ -152,7 +152,8 @@ def _facts_of_collision(result: Result) -> list[tuple[str, str]]:
         if np.isfinite(time):
             name = section.replace("_", " ")
             facts.append((f"contact time with the {name}", with_unit(time, "s", error / time)))
-    if (restitution := result.restitution) is not None:
+    has_wall = scene.wall is not None or scene.near_wall is not None
+    if has_wall and (restitution := result.restitution) is not None:
         parts = zip(("granule 1", "all granules"), restitution, strict=True)
         values = [f"{name} {value:.3g}" for name, value in parts if value is not None]
         facts += [("momentum back over momentum in", ", ".join(values))] if values else []

@@ -67,7 +67,8 @@ def numbers_of(scene: hc.Scene) -> Numbers:
             carried = 0.0
         static[k] = carried
     constant = np.full(size, float(gravity))
-    constant[int(flies)] += force / mass[int(flies)]
+    if force:
+        constant[int(flies)] += force / mass[int(flies)]
     if wall is None and not fixed.any():
         constant[-1] -= force / mass[-1]
     constant[is_held] = 0.0

@@ -80,8 +80,10 @@ def test_measured_contacts_against_scipy() -> None:
     for begin, end in ((0.0, 6e-5), (6e-5, result.scene.end_time)):
         steps: Any = {"rtol": 1e-11, "atol": 1e-17, "max_step": 5e-7, "dense_output": True}
         run = solve_ivp(rates, (begin, end), state, "DOP853", **steps)
-        peaks = np.maximum(peaks, forces(run.sol(np.linspace(begin, end, 200_001))[:6]).max(axis=1))
-        state = run.y[:, -1]
+        peaks = np.maximum(
+            peaks, forces(run["sol"](np.linspace(begin, end, 200_001))[:6]).max(axis=1)
+        )
+        state = run["y"][:, -1]
     # Samples 3 ns apart miss the top of a pulse of 60 us by 1e-9.
     assert result.peak_force == pytest.approx(peaks, rel=1e-8)
     assert np.isnan(result.largest_pressure.pressure)
