@@ -30,7 +30,17 @@ if TYPE_CHECKING:
     from hertzchain.scene.chain import Chain
     from hertzchain.scene.scene import Scene
     from hertzchain.scene.schedule import Run
-    from hertzchain.scene.shocks import Moving, Piston, Pulse, PulseTable, Sine, Striker
+    from hertzchain.scene.shocks import (
+        HalfSine,
+        Moving,
+        Piston,
+        Pulse,
+        PulseTable,
+        Sawtooth,
+        Sine,
+        Striker,
+        Trapezoid,
+    )
     from hertzchain.scene.terms import Contact, Gauge, Precompression, Uncertain, Wall
     from hertzchain.sweeps.design import scenes
     from hertzchain.sweeps.sweeping import Sweep, sweep
@@ -50,6 +60,7 @@ _HOME = {
     "DeckExamination": "hertzchain.examiner.examined",
     "Fit": "hertzchain.fits.fit",
     "Gauge": "hertzchain.scene.terms",
+    "HalfSine": "hertzchain.scene.shocks",
     "HertzchainError": "hertzchain.errors",
     "Judgement": "hertzchain.verdict.judgement",
     "Lammps": "hertzchain.engines.lammps.backend",
@@ -63,6 +74,7 @@ _HOME = {
     "PulseTable": "hertzchain.scene.shocks",
     "Result": "hertzchain.observables.result",
     "Run": "hertzchain.scene.schedule",
+    "Sawtooth": "hertzchain.scene.shocks",
     "Scene": "hertzchain.scene.scene",
     "Sine": "hertzchain.scene.shocks",
     "Striker": "hertzchain.scene.shocks",
@@ -70,6 +82,7 @@ _HOME = {
     "Sweep": "hertzchain.sweeps.sweeping",
     "TraceJudgement": "hertzchain.verdict.traces",
     "TrainJudgement": "hertzchain.verdict.results",
+    "Trapezoid": "hertzchain.scene.shocks",
     "Uncertain": "hertzchain.scene.terms",
     "Validation": "hertzchain.uncertainty.validation",
     "Wall": "hertzchain.scene.terms",
@@ -101,6 +114,7 @@ __all__ = [
     "DeckExamination",
     "Fit",
     "Gauge",
+    "HalfSine",
     "HertzchainError",
     "Judgement",
     "Lammps",
@@ -113,6 +127,7 @@ __all__ = [
     "PulseTable",
     "Result",
     "Run",
+    "Sawtooth",
     "Scene",
     "Sine",
     "Spread",
@@ -120,6 +135,7 @@ __all__ = [
     "Sweep",
     "TraceJudgement",
     "TrainJudgement",
+    "Trapezoid",
     "Uncertain",
     "Validation",
     "Wall",

@@ -49,9 +49,10 @@ def test_type_checkers_and_the_page_of_the_api_have_every_public_name() -> None:
 
 def test_the_public_names_are_those_of_the_contract() -> None:
     expected = """
-    Batch Certificate Chain Comparison Contact DeckCheck DeckExamination Fit Gauge HertzchainError
-    Judgement Lammps Liggghts Moving Native Piston Precompression Pulse PulseTable Result
-    Run Scene Sine Spread Striker Sweep TraceJudgement TrainJudgement Uncertain Validation Wall Yade
+    Batch Certificate Chain Comparison Contact DeckCheck DeckExamination Fit Gauge HalfSine
+    HertzchainError Judgement Lammps Liggghts Moving Native Piston Precompression Pulse PulseTable
+    Result Run Sawtooth Scene Sine Spread Striker Sweep TraceJudgement TrainJudgement Trapezoid
+    Uncertain Validation Wall Yade
     certify compare examine fit judge judge_traces judge_trains peak_forces plot scenes
     similar_peak_forces spread sweep theory validate write_trajectory
     """

@@ -241,6 +241,45 @@ def with_near_wall(rng: np.random.Generator, scene: hc.Scene) -> hc.Scene:
         return scene
 
 
+def with_measured(rng: np.random.Generator, scene: hc.Scene) -> hc.Scene:
+    """Return the scene with contacts and masses as if measured, half to twice those that it had.
+
+    A pulse becomes a half sine, a saw tooth or a trapezoid; a third of the scenes with a wall have
+    a single granule, if nothing else needs more.
+    """
+    granules, shock, wall = scene.granules, scene.shock, scene.wall
+    count = scene.chain.granules if wall is None or rng.random() < 2 / 3 else 1
+    stiffness = granules.stiffness[:1].tolist() + granules.stiffness.tolist()
+
+    def varied(values: Any) -> Any:
+        return tuple(spread(rng, 0.5, 2.0) * float(value) for value in values[:count])
+
+    fixed = scene.chain.fixed
+    chain: dict[str, Any] = {
+        name: value[:count] if isinstance(value, tuple) and count > 1 else np.ravel(value)[0].item()
+        for name in ("radius", "gap", "velocity")
+        for value in (getattr(scene.chain, name),)
+    }
+    chain |= {"stiffness": varied(stiffness), "mass": varied(granules.as_if_free.mass)}
+    if isinstance(shock, hc.Striker):
+        shock = hc.Striker(shock.velocity, loaded=shock.loaded)
+    elif isinstance(shock, hc.Pulse | hc.PulseTable):
+        rise, fall = rng.uniform(0.05, 0.5, 2) * scene.pulse_end
+        given = scene.peak_force, scene.pulse_end
+        shock = (
+            hc.HalfSine(*given), hc.Sawtooth(*given), hc.Trapezoid(*given, float(rise), float(fall))
+        )[int(rng.integers(3))]  # fmt: skip
+    if wall is not None:
+        stiff = spread(rng, 0.5, 2.0) * float(granules.stiffness[-1])
+        wall = replace(wall, kind=None, young_modulus=None, poisson_ratio=None, stiffness=stiff)
+    try:
+        return replace(
+            scene, chain=hc.Chain(count, fixed=fixed, **chain), shock=shock, wall=wall, gauges=()
+        )
+    except HertzchainError:  # a single granule that is fixed, or before a load
+        return scene
+
+
 def _with_terms(rng: np.random.Generator, longest: int) -> hc.Scene:
     """Static loads are 1e-3 to 1e3 of the shock."""
     granules = round(spread(rng, 2.0, longest))

@@ -18,6 +18,7 @@ from hertzchain.engines.external.observation import Granules, read_frames
 from hertzchain.engines.external.terms import (
     LET_GO_PISTON,
     MOST_MATERIALS,
+    OF_OTHER_CODES,
     Material,
     force_on_ramp,
     load_commands,
@@ -36,7 +37,7 @@ from hertzchain.engines.external.terms import (
 from hertzchain.errors import RunFailed
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
-from hertzchain.scene.terms import ALL_TERMS, Contact
+from hertzchain.scene.terms import Contact
 
 _LEAST_RESTITUTION = 0.05
 """Restitution above which LIGGGHTS accepts values."""
@@ -434,9 +435,7 @@ class Liggghts(ProgramEngine):
     FILE: ClassVar[str] = "in.chain"
     INSTALL: ClassVar[str] = "apt install liggghts"
     FASTEST: ClassVar[tuple[float, float]] = (0.3e-6, 8e-9)  # 4e-6 measured with 60 granules
-    TERMS: ClassVar[tuple[str, ...]] = tuple(
-        term for term in ALL_TERMS if term not in ("fixed granules", "near wall")
-    )
+    TERMS: ClassVar[tuple[str, ...]] = OF_OTHER_CODES
     ENVIRONMENT: ClassVar[dict[str, str]] = {"OMP_NUM_THREADS": "1"}
 
     WRITER: ClassVar[ModuleType] = sys.modules[__name__]

@@ -15,6 +15,7 @@ from hertzchain.arrays import FloatArray
 from hertzchain.engines.external.engine import Found, ProgramEngine
 from hertzchain.engines.external.observation import Granules
 from hertzchain.engines.external.terms import (
+    OF_OTHER_CODES,
     positions,
     refuse_damping_of_wall,
     refuse_long,
@@ -25,7 +26,6 @@ from hertzchain.errors import RunFailed
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
 from hertzchain.scene.shocks import SHAPES
-from hertzchain.scene.terms import ALL_TERMS
 
 AT_REST, READINGS, VERSION = "at_rest.npy", "readings.npy", "version.txt"
 """Files that a run writes: positions, masses and diameters of the granules before the shock,
@@ -395,9 +395,7 @@ class Yade(ProgramEngine):
     FILE: ClassVar[str] = "chain.py"
     INSTALL: ClassVar[str] = "apt install yade"
     FASTEST: ClassVar[tuple[float, float]] = (3e-6, 1e-7)  # 4e-5 and 4e-7 measured
-    TERMS: ClassVar[tuple[str, ...]] = tuple(
-        term for term in ALL_TERMS if term not in ("fixed granules", "near wall")
-    )
+    TERMS: ClassVar[tuple[str, ...]] = OF_OTHER_CODES
     # Yade's own Python cannot use the modules of this one.
     ENVIRONMENT: ClassVar[dict[str, str]] = {"PYTHONPATH": ""}
 

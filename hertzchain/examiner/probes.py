@@ -446,7 +446,8 @@ def is_tried(case: Case) -> bool:
     if case.exact:
         tried = np.isfinite([*deck.contact_force, *deck.damped_force])
         return bool(np.all(tried) and np.all(np.isfinite(deck.tangential_force)))
-    return bool(case.laws) and bool(np.any(np.isfinite(deck.contact_force)))
+    is_alone = deck.contact_force.size == 0  # a single granule, whose walls are probed
+    return bool(case.laws) and (is_alone or bool(np.any(np.isfinite(deck.contact_force))))
 
 
 def _untried(case: Case) -> Numbers | None:

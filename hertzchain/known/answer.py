@@ -18,7 +18,7 @@ from hertzchain.arrays import FloatArray
 from hertzchain.engines.external.engine import ProgramEngine
 from hertzchain.engines.external.rescaling import NONE, Softening, predicted_loss, softening
 from hertzchain.engines.external.terms import wall_position
-from hertzchain.engines.lammps.deck import START, chain, leg_commands, refuse_pair_style
+from hertzchain.engines.lammps.deck import chain, leg_commands, refuse_pair_style, start
 from hertzchain.engines.lammps.dialect import NO_STEP, OLDEST, oldest, write_dump
 from hertzchain.engines.native.backend import Native
 from hertzchain.engines.native.damped_verlet import samples_of, simulate_damped_verlet
@@ -165,7 +165,7 @@ def deck(scene: Scene, layout: Layout, answer: KnownAnswer | None = None) -> str
         ["# ---- Parameters", *options] if options else [],
         [
             "# ---- The granules, shared out among processors along the chain",
-            *START,
+            *start(scene),
             "processors * 1 1",
             "",
             *chain(softer, layout.pair_style),

@@ -48,6 +48,8 @@ class FirstPulses:
         When the force first reaches half of that.
     width
         From the arrival to the end of the pulse.
+    contact_time
+        From the closing of the contact to its opening, where both were seen.
     static
         Force of the contacts before it.
     is_front, is_clear
@@ -61,6 +63,7 @@ class FirstPulses:
     time: FloatArray
     arrival: FloatArray
     width: FloatArray
+    contact_time: FloatArray
     static: FloatArray
     is_front: _Mask
     is_clear: _Mask
@@ -90,12 +93,12 @@ class FirstPulses:
 
     def only(self, some: _Mask) -> FirstPulses:
         """Return the pulses of some contacts, and none for all others."""
-        force, time, arrival, width = (
+        force, time, arrival, width, contact_time = (
             np.where(some, values, np.nan)
-            for values in (self.force, self.time, self.arrival, self.width)
+            for values in (self.force, self.time, self.arrival, self.width, self.contact_time)
         )
         return replace(
-            self, force=force, time=time, arrival=arrival, width=width,
+            self, force=force, time=time, arrival=arrival, width=width, contact_time=contact_time,
             is_front=self.is_front & some, is_clear=self.is_clear & some,
             is_steady=self.is_steady & some,
         )  # fmt: skip
@@ -104,7 +107,8 @@ class FirstPulses:
         """Return the same pulses with forces and times multiplied by units."""
         return replace(
             self, force=self.force * force, time=self.time * time, arrival=self.arrival * time,
-            width=self.width * time, static=self.static * force,
+            width=self.width * time, contact_time=self.contact_time * time,
+            static=self.static * force,
         )  # fmt: skip
 
 

@@ -131,7 +131,7 @@ def _with_speeds(scene: Scene, readings: list[Reading], arrival: FloatArray) -> 
 def _place(scene: Scene, gauge: Gauge) -> tuple[str, float]:
     """Return what a gauge reads, and the place of that at rest [m]; of a granule its centre."""
     if gauge.granule is not None:
-        return "a granule", float(scene.granules.position[gauge.number - 1 + scene.first_granule])
+        return "a granule", float(scene.granules.place[gauge.number - 1 + scene.first_granule])
     is_wall = not 2 <= gauge.number <= scene.chain.granules
     place = float(places(scene)[scene.contacts.index(gauge.number)])
     return "a wall" if is_wall else "a contact", place

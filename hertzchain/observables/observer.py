@@ -183,6 +183,15 @@ ROOM = PARTS + 10
 """Room for places of extrema and both ends, and for the coefficients of a slope."""
 
 
+_OPEN_OVERLAP = 1e-6
+"""Overlap of an open contact without a force, over its deepest one, by rounding (chosen)."""
+
+_SLOW_OPENING = 0.1
+"""Way of the opening granules in a contact time over the deepest overlap (chosen): those that part
+more slowly may as well not part, and their contact time has no right digit. Elastic spheres have
+2.9."""
+
+
 _PLACE_ERROR = 1e-13
 """How near in a step, or in force, a crossing or an extremum is found."""
 
@@ -207,19 +216,25 @@ static force; the least dynamic force that counts; time unit times F^(1/6), 0 wh
 ended; the laws of the contacts; the total forces above and below which a step has something new."""
 
 MAXIMUM = np.dtype(
-    [(name, np.float64) for name in ("force", "time", "arrival", "slope", "exceeded")]
+    [
+        (name, np.float64)
+        for name in ("force", "time", "arrival", "slope", "exceeded", "closed", "opened")
+    ]
 )
 """A maximum of a signal, its time, and when the signal first reached half of it; the steepest slope
 where it then fell through ``FALLS``; when it was exceeded if it had stood as a front (infinite
-while it is not, NaN if it had not)."""
+while it is not, NaN if it had not); when the force began and when it was over, NaN where the
+contact was pressed from the start, had opened before, or has not opened; infinite where it opened
+too slowly to say when."""
 
 PULSE = np.dtype(
-    [(name, np.float64) for name in ("force", "time", "arrival", "width")]
+    [(name, np.float64) for name in ("force", "time", "arrival", "width", "contact_time")]
     + [(name, np.bool_) for name in ("is_clear", "is_front", "is_steady")],
     align=True,
 )
 """A first pulse: dynamic force and its time, when the signal first reached half of it, how long
-after that the pulse was over (NaN where its end was not seen); and what it is: see
+after that the pulse was over (NaN where its end was not seen), and from the closing of the contact
+to its opening (NaN where one of both was not seen); and what it is: see
 ``first_pulse.FirstPulses``."""
 
 RISE = np.dtype(
@@ -325,7 +340,7 @@ def watch_of(signals: Records, contacts: int) -> Watch:
     """Return a watch on signals, the first of which are those of all contacts."""
     count = signals.size
     pulses = np.zeros(count, PULSE)
-    for name in ("force", "time", "arrival", "width"):
+    for name in ("force", "time", "arrival", "width", "contact_time"):
         pulses[name] = np.nan
     return Watch(
         signals, np.zeros((count, PULSES), MAXIMUM), np.zeros((count, PULSES, len(FALLS))),
@@ -660,18 +675,51 @@ def _begin_maximum(w: Watch, k: int, force: float) -> None:
                 falls[n, m] = falls[n + 1, m]
         s.pulses -= 1
     n, s.pulses, s.fallen = s.pulses, s.pulses + 1, 0
-    maxima[n].arrival = maxima[n].exceeded = math.nan
+    maxima[n].arrival = maxima[n].exceeded = maxima[n].closed = maxima[n].opened = math.nan
     maxima[n].slope = 0.0
     falls[n, 0] = falls[n, 1] = falls[n, 2] = math.nan
 
 
 @part
-def _set_levels(s: Record, force: float) -> None:
+def _set_levels(s: Record, maximum: Record) -> None:
     """Set the total forces above and below which a step has something new."""
-    s.above = s.static + force
+    s.above = s.static + maximum.force
     s.below = -math.inf
     if s.fallen < 3:
-        s.below = s.static + FALLS[s.fallen] * force
+        s.below = s.static + FALLS[s.fallen] * maximum.force
+    elif math.isnan(maximum.opened) and not math.isnan(maximum.closed):
+        s.below = 0.0
+
+
+@compiled
+def _touch(p: Piece, low: float, high: float, closes: bool) -> float:
+    """Where in a part of a step the overlap of a contact begins, or ends."""
+    for _ in range(53):  # bisections: to the last digit
+        place = (low + high) / 2
+        if (value_at(p.a, place) > 0.0) == closes:
+            high = place
+        else:
+            low = place
+    return high
+
+
+@compiled
+def _closed(p: Piece, part: Stretch, s: Record) -> float:
+    """When the contact of a signal closed within a part of a step; NaN under a static load.
+
+    Granules that touch at rest have overlaps that grow from 0 without a begin: their contact counts
+    as closed from the least force on that is observed.
+    """
+    if s.static > 0.0:
+        return math.nan
+    overlap, rate = value_at(p.a, 0.0), slope_at(p.a, 0.0)
+    if overlap < 0.0 or (overlap == 0.0 and rate > 0.0):
+        place = _touch(p, part.low, part.high, True)
+    else:
+        place = _place(
+            p, s.least, part.low, part.high, force_at(p, part.low, s), part.top, False, s
+        )
+    return float(p.begin + p.h * place)
 
 
 @compiled
@@ -690,7 +738,11 @@ def _rise(w: Watch, k: int, p: Piece, step: Step, part: Stretch) -> None:
             maxima[last].arrival = _reached(w, k, stands / 2)
             maxima[last].exceeded = math.inf
     if last < 0 or s.fallen > 0 or stood:
+        closed = _closed(p, part, s)
+        if last >= 0:
+            closed = maxima[last].closed if math.isnan(maxima[last].opened) else math.nan
         _begin_maximum(w, k, part.top)
+        maxima[s.pulses - 1].closed = closed
     _keep_piece(w, k, step, part)
     maximum = maxima[s.pulses - 1]
     maximum.force, maximum.time = part.top, p.begin + part.high * p.h
@@ -701,7 +753,7 @@ def _rise(w: Watch, k: int, p: Piece, step: Step, part: Stretch) -> None:
                 place = _place(p, level, part.low, part.high, part.before, part.top, False, s)
                 maxima[n].exceeded = p.begin + p.h * place
     s.fallen = 0
-    _set_levels(s, part.top)
+    _set_levels(s, maximum)
 
 
 @compiled
@@ -720,7 +772,17 @@ def _fall(w: Watch, k: int, p: Piece, part: Stretch) -> None:
         if s.fallen == 1:
             maximum.arrival = _reached(w, k, maximum.force / 2)
         s.fallen += 1
-    _set_levels(s, maximum.force)
+    # A damper may take the whole force of a contact that is still closed; a step that ends where
+    # the contact opens does so within rounding.
+    deepest = (maximum.force / s.stiffness) ** (2 / 3)
+    is_open = s.static + part.top <= 0.0 and value_at(p.a, part.high) <= _OPEN_OVERLAP * deepest
+    if is_open and math.isnan(maximum.opened):
+        place = _touch(p, part.low, part.high, False)
+        maximum.opened = p.begin + p.h * place
+        speed = -slope_at(p.a, place) / p.h
+        if speed * (maximum.opened - maximum.closed) < _SLOW_OPENING * deepest:
+            maximum.opened = math.inf
+    _set_levels(s, maximum)
 
 
 @part
@@ -882,6 +944,8 @@ def read_off(w: Watch) -> None:
             over = maxima[front].exceeded if is_front else w.falls[k, n, 1]
         pulse.arrival = maxima[chosen].arrival if is_ended else _reached(w, k, force / 2)
         pulse.width = over - pulse.arrival
+        if maxima[chosen].opened < math.inf:
+            pulse.contact_time = maxima[chosen].opened - maxima[chosen].closed
         first, last = _end_of(w, k, 0, FLOOR), _end_of(w, k, 2, FLOOR)
         is_clear = not math.isnan(pulse.width) and (s.crowded == 0 or chosen == 0)
         for other in (

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from importlib.metadata import version
 from numbers import Integral
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -125,7 +125,8 @@ class LargestPressure:
     Parameters
     ----------
     pressure
-        p0, the pressure in the middle of the contact at its peak force [Pa].
+        p0, the pressure in the middle of the contact at its peak force [Pa]; NaN where contacts
+        were measured.
     contact
         Number of the contact.
     time
@@ -142,13 +143,17 @@ class LargestPressure:
         return self.pressure / YIELDS_AT
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the keys of a JSON document; null for the time where no contact was pressed."""
-        return {
+        """Return the keys of a JSON document; null for the time where no contact was pressed.
+
+        All are null where contacts were measured.
+        """
+        numbers = {
             "largest_pressure_Pa": self.pressure,
             "largest_pressure_contact": self.contact,
             "largest_pressure_time_s": self.time,
             "needed_yield_strength_Pa": self.needed_strength,
         }
+        return dict.fromkeys(numbers) if math.isnan(self.pressure) else numbers
 
 
 def largest_pressure(
@@ -167,8 +172,11 @@ def pressures(scene: Scene, force: FloatArray) -> FloatArray:
     """Return p0 of every contact under its force [N]; [Pa], shape (contacts,).
 
     The force of a damped contact has the part of its damper, so that p0 is above that of the
-    overlap: by 0.06 % for two spheres of restitution 0.9, by 3 % for 0.5 (measured).
+    overlap: by 0.06 % for two spheres of restitution 0.9, by 3 % for 0.5 (measured). NaN where
+    contacts were measured: their curvature is not known.
     """
+    if scene.measures_contacts:
+        return np.full(force.shape, np.nan)
     each = scene.granules
     return np.asarray(hertz.pressure_of(each.stiffness, each.contact_radius, force))
 
@@ -211,6 +219,25 @@ def _weaker(scene: Scene, contacts: int) -> FloatArray:
 
 
 ROUGH = 0.01  # error of the peaks above which p means nothing: p depends on changes of 1 %
+
+
+_MIXED = 1e-6
+"""Sum of the momenta at the start over that of their sizes below which they cancel (chosen)."""
+
+
+class Restitution(NamedTuple):
+    """Momentum back over momentum in, at the end of a run.
+
+    Parameters
+    ----------
+    first_granule
+        That of granule 1; None where nothing gives it momentum, or where it is pressed.
+    column
+        That of all granules; None without a wall, and where they press it.
+    """
+
+    first_granule: float | None
+    column: float | None
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -316,6 +343,34 @@ class Result(ShownRun):
             hertz.slowness(chain.contact_stiffness, chain.granule_mass / 2),
         )  # fmt: skip
         return wave.without_errors() if self.scene.pulse is None else wave
+
+    @cached_property
+    def restitution(self) -> Restitution | None:
+        """Momentum at the end over that at the start, with the opposite sign.
+
+        None for plain scenes and pistons, under static loads, and between two walls.
+        """
+        scene = self.scene
+        loaded = scene.precompression is not None or scene.piston is not None
+        walls = (scene.wall is not None) + (scene.near_wall is not None)
+        if scene.is_plain or loaded or walls == 2:
+            return None
+        granules, first = scene.granules, scene.first_granule
+        mass, contacts = granules.mass[first:], granules.stiffness.size
+        place = np.zeros(granules.radius.size + 1)
+        place[first:-1] = self.displacement
+        is_open = (place[:-1] - place[1:])[:contacts] <= granules.gap
+        momentum = np.where(np.isinf(mass), 0.0, mass) * self.velocity
+        at_start = granules.moved[first:]
+        at_start[scene.shock.granule - 1] += scene.applied_impulse
+        whole, one = float(np.sum(at_start)), float(at_start[0])
+        by_wall = is_open[0 if scene.near_wall is not None else -1]
+        is_column = walls > 0 and by_wall and abs(whole) > _MIXED * np.sum(np.abs(at_start))
+        is_first = bool(one) and bool(np.all(is_open[: first + 1]))
+        return Restitution(
+            -float(momentum[0]) / one if is_first else None,
+            -float(np.sum(momentum)) / whole if is_column else None,
+        )
 
     @property
     def overlap_ratio(self) -> float:
@@ -598,6 +653,7 @@ class Result(ShownRun):
             **{name: or_none(values) for name, values in self.first_columns.items()},
             **({} if self.first_pulses is None else {"wave": dict_of(self.usual_wave)}),
             **({"gauges": [gauge.to_dict(scene, history) for gauge in gauges]} if gauges else {}),
+            **({} if self.restitution is None else {"restitution": self.restitution._asdict()}),
             "transition_granules": self.transition_granules,
             "solitary_wave": {
                 "peak_force_N": wave.peak_force,

@@ -272,7 +272,7 @@ def places(scene: Scene) -> FloatArray:
     It is the middle of a gap; two spheres that are pressed touch in the middle of their overlap.
     """
     granules = scene.granules
-    ahead = granules.position + granules.radius
+    ahead = granules.place + granules.reach
     size = granules.stiffness.size
     half = (granules.gap[:size] - granules.static_overlap[:size]) / 2
     return np.asarray(ahead[:size] + half)
@@ -320,8 +320,8 @@ def wave_between(scene: Scene, table: Mapping[str, FloatArray], first: int, last
     speed, off = apart / time, (error[i] + error[j]) / time
     # A front lasts until another wave comes, so it has no width.
     width = np.nan if table["kind"][j] == "front" else table["first_width_s"][j]
-    radius = scene.granules.radius
-    diameter = radius[j] + radius[min(j + 1, radius.size - 1)]
+    reach = scene.granules.reach
+    diameter = reach[j] + reach[min(j + 1, reach.size - 1)]
     return Wave(
         first, last, float(speed), float(off / max(1.0 - off, 1e-300)),
         float(table["first_peak_force_N"][j]), float(table["first_peak_error"][j]),

@@ -35,7 +35,7 @@ from hertzchain.report.document import (
 )
 from hertzchain.report.files import run_document
 from hertzchain.report.style import FORMULAS, GIVEN, LABELS
-from hertzchain.scene.chain import MATERIAL, Chain
+from hertzchain.scene.chain import MATERIAL, MEASURED, Chain
 from hertzchain.scene.keys import keys_of
 from hertzchain.scene.scene import Scene
 from hertzchain.verdict.run_checks import FIRST_PULSES, PEAKS
@@ -120,6 +120,7 @@ def _facts(result: Result) -> list[tuple[str, str]]:
     """Return label and value of the facts of the whole run."""
     facts = [
         *main_facts(result),
+        *_facts_of_collision(result),
         *_facts_of_wave(result),
         *_facts_of_gauges(result),
         ("error of the peaks, at most", f"{result.error_estimate:.1e}"),
@@ -136,6 +137,8 @@ def _facts(result: Result) -> list[tuple[str, str]]:
 def largest_pressure(result: Result) -> str:
     """Return the largest pressure, where it is, and the strength below which a metal yields."""
     largest = result.largest_pressure
+    if np.isnan(largest.pressure):
+        return "not known: a measured stiffness does not tell it"
     if largest.time is None:
         return "0 Pa: no contact was pressed"
     return (
@@ -166,6 +169,24 @@ def _first_facts(result: Result) -> list[tuple[str, str]]:
         ("error of first pulses, at most", f"{force:.1e}"),
         ("error of arrivals, at most", with_unit(float(arrival), "s", 0.1)),
     ]
+
+
+def _facts_of_collision(result: Result) -> list[tuple[str, str]]:
+    """Return contact times with walls, and the momentum that came back; nothing without walls."""
+    facts, columns, scene = [], result.first_columns, result.scene
+    for section, k in ("near_wall", 0), ("wall", -1):
+        if getattr(scene, section) is None or not columns:
+            continue
+        time, error = (columns[name][k] for name in ("contact_time_s", "contact_time_error_s"))
+        if np.isfinite(time):
+            name = section.replace("_", " ")
+            facts.append((f"contact time with the {name}", with_unit(time, "s", error / time)))
+    has_wall = scene.wall is not None or scene.near_wall is not None
+    if has_wall and (restitution := result.restitution) is not None:
+        parts = zip(("granule 1", "all granules"), restitution, strict=True)
+        values = [f"{name} {value:.3g}" for name, value in parts if value is not None]
+        facts += [("momentum back over momentum in", ", ".join(values))] if values else []
+    return facts
 
 
 def _facts_of_gauges(result: Result) -> list[tuple[str, str]]:
@@ -743,7 +764,8 @@ def printed(document: Document) -> str:
 def _of_scene(scene: Scene) -> str:
     chain, units = scene.chain, scene.units
     facts = [("granules", f"{chain.granules:,}")]
-    facts += [(key, _range(getattr(chain, key), keys_of(Chain)[key].unit)) for key in MATERIAL]
+    given = [key for key in (*MATERIAL, *MEASURED) if getattr(chain, key) is not None]
+    facts += [(key, _range(getattr(chain, key), keys_of(Chain)[key].unit)) for key in given]
     facts += [
         ("terms", ", ".join(scene.terms) or "none: like granules, free ends, one pulse"),
         ("largest applied force", f"{scene.peak_force:.6g} N"),

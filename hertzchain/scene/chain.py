@@ -30,6 +30,9 @@ RADIUS = Key("m", "radius R", above=0, usual=(1e-6, 0.5))  # powder to boulders
 YOUNG_MODULUS = Key("Pa", "Young's modulus E", above=0, usual=(1e5, 2e12))
 POISSON_RATIO = Key("", "Poisson's ratio", above=-1, most=0.5)
 DENSITY = Key("kg/m^3", "density", above=0, usual=(10.0, 3e4))  # foams to osmium
+STIFFNESS = Key("N m^-1.5", "stiffness A", above=0, usual=(1.0, 1e14))
+MASS = Key("kg", "mass", above=0, usual=(1e-15, 1e4))
+LENGTH = Key("m", "length", above=0, usual=(1e-6, 1.0))
 YIELD_STRENGTH = Key("Pa", above=0, usual=(1e4, 1e12))  # gels to diamond
 GAP = Key("m", "gap before each granule", least=0)
 VELOCITY = Key("m/s", "velocity at the start", usual=(1e-5, 1e3))
@@ -41,6 +44,9 @@ glass and polymers of 1 mm to 5 cm under 1 mN to 10 kN, or the range of real mat
 MATERIAL = ("radius", "young_modulus", "poisson_ratio", "density")
 """Names of the properties of a granule."""
 
+MEASURED = ("stiffness", "mass", "length")
+"""Names of properties that were measured, which take the place of others."""
+
 
 @dataclass(frozen=True, repr=False)
 class Chain:
@@ -51,15 +57,15 @@ class Chain:
     Parameters
     ----------
     granules
-        N, from 2 to 2^31 - 1.
+        N, from 1 to 2^31 - 1; a single one needs a wall.
     radius
         R [m].
     young_modulus
-        E [Pa].
+        E [Pa]; None with ``stiffness``.
     poisson_ratio
-        nu, in (-1, 0.5].
+        nu, in (-1, 0.5]; None with ``stiffness``.
     density
-        rho [kg/m^3].
+        rho [kg/m^3]; None with ``mass``.
     gap
         Gap in front of each granule at the start, at least 0 [m]; the first granule has none.
     yield_strength
@@ -69,6 +75,13 @@ class Chain:
         velocity instead.
     fixed
         Whether a granule never moves; its contacts are pressed all the same.
+    stiffness
+        A in F = A overlap^(3/2) of the contact before each granule, as it was measured
+        [N m^(-3/2)]; granule 1's is that of a near wall. None where it follows from E, nu and R.
+    mass
+        Mass of each granule, as it was weighed [kg]; None where it follows from R and density.
+    length
+        Length of each granule between its contacts [m], for places and speeds; None for 2 R.
 
     Raises
     ------
@@ -76,20 +89,23 @@ class Chain:
         For a value outside what is stated above.
     """
 
-    granules: int = field(metadata=key("", "granules N", least=2, most=MOST_GRANULES, kind="int"))
+    granules: int = field(metadata=key("", "granules N", least=1, most=MOST_GRANULES, kind="int"))
     radius: PerGranule = field(metadata={"key": RADIUS})
-    young_modulus: PerGranule = field(metadata={"key": YOUNG_MODULUS})
-    poisson_ratio: PerGranule = field(metadata={"key": POISSON_RATIO})
-    density: PerGranule = field(metadata={"key": DENSITY})
+    young_modulus: PerGranule = field(default=None, metadata={"key": YOUNG_MODULUS})
+    poisson_ratio: PerGranule = field(default=None, metadata={"key": POISSON_RATIO})
+    density: PerGranule = field(default=None, metadata={"key": DENSITY})
     gap: PerGranule = field(default=0.0, metadata={"key": GAP})
     yield_strength: PerGranule | None = field(default=None, metadata={"key": YIELD_STRENGTH})
     velocity: PerGranule = field(default=0.0, metadata={"key": VELOCITY})
     fixed: PerGranule = field(default=False, metadata={"key": FIXED})
+    stiffness: PerGranule = field(default=None, metadata={"key": STIFFNESS})
+    mass: PerGranule = field(default=None, metadata={"key": MASS})
+    length: PerGranule = field(default=None, metadata={"key": LENGTH})
 
     def __post_init__(self) -> None:
         keys = keys_of(Chain)
         keys["granules"].check("granules", self.granules)
-        for name in (*MATERIAL, "gap", "yield_strength", "velocity", "fixed"):
+        for name in (*MATERIAL, "gap", "yield_strength", "velocity", "fixed", *MEASURED):
             value = getattr(self, name)
             if isinstance(value, np.ndarray):
                 value = value.tolist()
@@ -97,9 +113,20 @@ class Chain:
                 value = _for_each(name, value, self.granules, keys[name])
             object.__setattr__(self, name, value)
         check(self)
+        for names, other in (MATERIAL[1:3], "stiffness"), (MATERIAL[3:], "mass"):
+            for name in names:
+                value, instead = getattr(self, name), getattr(self, other)
+                require(value is not None or instead is not None, name, None, "missing")
+                allowed = f"not allowed with {other}, which takes its place"
+                require(value is None or instead is None, name, value, allowed)
 
     def __repr__(self) -> str:
         return short_repr(self)
+
+    @property
+    def is_measured(self) -> bool:
+        """Whether a stiffness, a mass or a length was measured."""
+        return any(getattr(self, name) is not None for name in MEASURED)
 
     @property
     def section(self) -> Mapping[str, Any] | None:
@@ -111,12 +138,14 @@ class Chain:
 
     @property
     def first_modulus(self) -> float:
-        """E of granule 1 [Pa]."""
-        modulus = self.young_modulus
+        """E of granule 1 [Pa]; with a measured stiffness that of equal spheres of nu = 0."""
+        if self.stiffness is not None:
+            return float(equal_modulus(*(np.ravel(x)[0] for x in (self.stiffness, self.radius))))
+        modulus: Any = self.young_modulus
         return float(modulus[0] if isinstance(modulus, tuple) else modulus)
 
     def _require_uniform(self, what: str) -> None:
-        unlike = any(isinstance(getattr(self, key), tuple) for key in MATERIAL)
+        unlike = any(isinstance(getattr(self, key), tuple) for key in MATERIAL) or self.is_measured
         allowed = "is a single number only in a chain of like granules: see Scene.granules"
         require(not unlike, what, None, allowed)
 
@@ -153,6 +182,11 @@ def _for_each(name: str, values: Any, granules: int, key: Key) -> Any:
 def granule_mass(radius: Any, density: Any) -> Any:
     """Mass m = 4/3 pi R^3 rho [kg] of granules, numbers or arrays."""
     return 4.0 / 3.0 * math.pi * radius**3 * density
+
+
+def equal_modulus(stiffness: Any, radius: Any) -> Any:
+    """E of equal spheres of nu = 0 whose contact has a stiffness [Pa]; numbers or arrays."""
+    return 3 * stiffness / np.sqrt(2 * radius)
 
 
 def short_repr(part: Any) -> str:

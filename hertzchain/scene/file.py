@@ -16,13 +16,16 @@ from hertzchain.scene.chain import MATERIAL, MOST_UNLIKE_GRANULES, Chain
 from hertzchain.scene.keys import Key, keys_of
 from hertzchain.scene.schedule import Run
 from hertzchain.scene.shocks import (
+    HalfSine,
     Moving,
     Piston,
     Pulse,
     PulseTable,
+    Sawtooth,
     Shock,
     Sine,
     Striker,
+    Trapezoid,
     columns_of,
     read_columns,
     read_table,
@@ -49,13 +52,13 @@ SEGMENT_KEYS = {"granules": Key("", "granules", least=1, most=MOST_UNLIKE_GRANUL
 """Keys of a segment."""
 
 _COLUMNS = {
-    "_".join(filter(None, (name, key.unit.replace("/", "_").replace("^", "")))): name
+    "_".join((name, *key.unit.replace("/", "_").replace("^", "").split())): name
     for name, key in _CELL_KEYS.items()
 }
 """Columns of a table of granules, with their keys."""
 
-_OPTIONAL_COLUMNS = tuple(name for name in _COLUMNS if _COLUMNS[name] not in (*MATERIAL, "gap"))
-"""Columns that may be absent."""
+_OPTIONAL_COLUMNS = tuple(name for name in _COLUMNS if _COLUMNS[name] not in ("radius", "gap"))
+"""Columns that may be absent; those of the material only where others take their place."""
 
 _LARGEST_TABLE_BYTES = 50_000_000
 """Size of a table of granules [bytes], chosen: 500,000 rows."""
@@ -124,8 +127,8 @@ def _fill(
         granule = {**values, **cells[k % len(cells)]}
         for key, column in columns.items():
             value = granule.get(key, getattr(defaults, key))
-            if key == "yield_strength" and defaults.yield_strength is None:
-                allowed = "needs chain.yield_strength, too, for the granules that have none here"
+            if getattr(defaults, key) is None:
+                allowed = f"needs chain.{key}, too, for the granules that have none here"
                 require(key not in granule, f"{name}.{key}", value, allowed)
                 continue
             column.append(_tapered(value, ratio, k) if key == "radius" else value)
@@ -163,12 +166,15 @@ def granule_table(chain: Chain) -> str:
         {
             column: value if isinstance(value, tuple) else (value,) * chain.granules
             for column, value in columns.items()
-            if value or column not in _OPTIONAL_COLUMNS
+            if value or _COLUMNS[column] in (*MATERIAL, "gap")
+            if value is not None
         }
     )
 
 
-SHOCKS: tuple[type[Shock], ...] = (Pulse, PulseTable, Striker, Piston, Sine, Moving)
+SHOCKS: tuple[type[Shock], ...] = (
+    Pulse, HalfSine, Sawtooth, Trapezoid, PulseTable, Striker, Piston, Sine, Moving,
+)  # fmt: skip
 """All shocks: one entry each."""
 
 OF_PROFILE = {
@@ -428,6 +434,10 @@ def _shock(section: Mapping[str, Any], folder: Path) -> Shock:
     kind = OF_PROFILE[str(profile)]
     keys = keys_of(kind)
     if kind.column is None:
+        ratio = section.get("momentum_ratio")
+        allowed = f"not a key of this profile: it follows from {', '.join(keys)}, and is printed"
+        is_given = ratio is not None and "momentum_ratio" not in keys
+        require(not is_given, "shock.momentum_ratio", ratio, allowed)
         besides = () if "profile" in keys else ("profile",)
         return _section("shock", section, kind, besides)
     if "file" not in section and "velocity" in keys:  # a piston without a table

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
 from hertzchain.contact import hertz
-from hertzchain.scene.chain import MATERIAL, Chain, granule_mass
+from hertzchain.scene.chain import MATERIAL, Chain, equal_modulus, granule_mass
 from hertzchain.scene.shocks import Shock
 from hertzchain.scene.terms import Contact, Precompression, Wall
 
@@ -28,7 +28,8 @@ class Granules:
     Parameters
     ----------
     radius, young_modulus, poisson_ratio, density
-        Properties of each granule [m], [Pa], 1, [kg/m^3], shape (bodies,).
+        Properties of each granule [m], [Pa], 1, [kg/m^3], shape (bodies,). For a measured stiffness
+        or mass they are those of a sphere that has it next to an equal one.
     mass
         Mass of each granule [kg], shape (bodies,); infinite for a piston and fixed ones.
     velocity
@@ -44,6 +45,8 @@ class Granules:
         Force in each contact at the start [N], shape (contacts,).
     damping
         c of each contact [N s m^-(1+q)], shape (contacts,), see ``Contact``; None without damping.
+    length
+        Length of each granule between its contacts [m], shape (bodies,); None for the diameter.
     """
 
     radius: FloatArray
@@ -59,6 +62,7 @@ class Granules:
     damping: FloatArray | None = None
     is_fixed: Any = False
     has_near_wall: bool = False
+    length: FloatArray | None = None
 
     @property
     def fixed(self) -> NDArray[np.intp]:
@@ -73,7 +77,20 @@ class Granules:
     @cached_property
     def position(self) -> FloatArray:
         """Centre of each body at the start, the first at 0 [m], shape (bodies,)."""
-        apart = self.radius[:-1] + self.radius[1:]
+        return self._centres(self.radius)
+
+    @property
+    def place(self) -> FloatArray:
+        """The same by the lengths of the granules, where these are not their diameters."""
+        return self.position if self.length is None else self._centres(self.reach)
+
+    @property
+    def reach(self) -> FloatArray:
+        """Distance from the centre of each granule to its contacts [m], shape (bodies,)."""
+        return self.radius if self.length is None else self.length / 2
+
+    def _centres(self, reach: FloatArray) -> FloatArray:
+        apart = reach[:-1] + reach[1:]
         contacts = apart.size
         apart = apart + self.gap[:contacts] - self.static_overlap[:contacts]
         return np.concatenate([[0.0], np.cumsum(apart)])
@@ -151,6 +168,11 @@ def granules_of(
 ) -> Granules:
     """Return the granules of a chain with its shock, walls, loads and damping."""
     values = _materials(chain, shock)
+    length = (
+        None
+        if chain.length is None
+        else np.array(np.broadcast_to(chain.length, chain.granules), np.float64)
+    )
     velocity = np.array(np.broadcast_to(chain.velocity, chain.granules), np.float64)
     if shock is not None and shock.impact_velocity is not None:
         velocity[0] = shock.start_velocity
@@ -162,11 +184,15 @@ def granules_of(
         values = {key: np.append(first_wall[key], value) for key, value in values.items()}
         velocity, gap = np.append(0.0, velocity), np.append(near_wall.gap, gap)
         is_fixed = np.append(True, is_fixed)
+        length = None if length is None else np.append(length[0], length)
     radius, density = values["radius"], values["density"]
     mass = np.asarray(granule_mass(radius, density), np.float64)
     plane = hertz.plane_modulus(values["young_modulus"], values["poisson_ratio"])
     stiffness = hertz.stiffness_of(_together(radius), _together(plane))
-    if near_wall is not None:
+    if chain.stiffness is not None:
+        measured = np.broadcast_to(chain.stiffness, chain.granules)
+        stiffness = np.array(measured[1 - (near_wall is not None) :], np.float64)
+    if near_wall is not None and (chain.stiffness is None or near_wall.stiffness is not None):
         stiffness[0] = _wall_stiffness(near_wall, radius[1], plane[1])
     if wall is not None:
         stiffness = np.append(stiffness, _wall_stiffness(wall, radius[-1], plane[-1]))
@@ -197,12 +223,20 @@ def granules_of(
         **values, mass=mass, velocity=velocity, stiffness=stiffness, gap=gap,
         constant_force=constant, static_force=static, damping=damping,
         is_fixed=is_fixed if fixed.size else False, has_near_wall=near_wall is not None,
+        length=length,
     )  # fmt: skip
 
 
 def _materials(chain: Chain, shock: Shock | None) -> dict[str, FloatArray]:
     """Return the properties of each granule by name, (granules,), those of a striker among them."""
-    values = {key: np.broadcast_to(getattr(chain, key), chain.granules) for key in MATERIAL}
+    properties: Any = {key: getattr(chain, key) for key in MATERIAL}
+    radius = np.asarray(chain.radius, np.float64)
+    if chain.stiffness is not None:
+        modulus = equal_modulus(np.asarray(chain.stiffness), radius)
+        properties |= {"young_modulus": modulus, "poisson_ratio": 0.0}
+    if chain.mass is not None:
+        properties["density"] = np.asarray(chain.mass) / granule_mass(radius, 1.0)
+    values = {key: np.broadcast_to(value, chain.granules) for key, value in properties.items()}
     if shock is not None and shock.material:
         values = {key: np.array(value, np.float64) for key, value in values.items()}
         for key, value in shock.material.items():
@@ -239,6 +273,8 @@ def _together(values: FloatArray) -> FloatArray:
 
 def _wall_stiffness(wall: Wall, radius: float, plane: float) -> float:
     """A of a sphere on a plane: R* is the radius, and a rigid wall does not deform."""
+    if wall.stiffness is not None:
+        return wall.stiffness
     if wall.kind == "rigid":
         reduced = plane
     elif wall.kind == "same":
@@ -266,6 +302,11 @@ class Numbered:
     def bodies(self) -> int:
         """Number of entries of ``granules``: N, or N + 1 with a near wall."""
         return self.chain.granules + (self.near_wall is not None)
+
+    @property
+    def unit_contact(self) -> int:
+        """Place of contact 2 in arrays of contacts; of contact 1 where it is the only one."""
+        return min(self.first_granule, len(self.contacts) - 1)
 
     @property
     def pushed(self) -> int:

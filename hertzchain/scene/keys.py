@@ -15,10 +15,10 @@ if TYPE_CHECKING:
     import pint
 
 
-# A number, then names with small powers, multiplied and divided. Pint would also evaluate
-# arithmetic, which a scene does not need and which can be made to run without end.
+# A number, then names with small powers, which may end in .5, multiplied and divided. Pint would
+# also evaluate arithmetic, which a scene does not need and which can be made to run without end.
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|[-+]?(?:inf|nan)"
-_FACTOR = r"[^\W\d_][^\W\d]*(?:\s*(?:\*\*|\^)\s*-?\d{1,2})?"
+_FACTOR = r"[^\W\d_][^\W\d]*(?:\s*(?:\*\*|\^)\s*-?\d{1,2}(?:\.5)?)?"
 _QUANTITY = re.compile(
     rf"\s*(?P<number>{_NUMBER})\s*(?P<unit>{_FACTOR}(?:\s*[*/]\s*{_FACTOR}|\s+{_FACTOR})*)?\s*"
 )

@@ -21,6 +21,7 @@ from hertzchain.contact import hertz
 from hertzchain.errors import OverlapTooLarge, RunFailed, SceneError, require
 from hertzchain.scene.chain import (
     MATERIAL,
+    MEASURED,
     MOMENTUM_IN_NATURAL_UNITS,
     MOST_UNLIKE_GRANULES,
     Chain,
@@ -46,6 +47,7 @@ from hertzchain.scene.shocks import Moving, Piston, Pulse, Ramp, Shock, Striker,
 from hertzchain.scene.terms import (
     ALL_TERMS,
     DAMPING,
+    WALLS,
     Contact,
     Gauge,
     Precompression,
@@ -64,6 +66,8 @@ def refuse_impossible(scene: Any) -> None:
     """
     chain: Chain = scene.chain
     shock: Shock = scene.shock
+    _refuse_lonely(scene)
+    _refuse_measured(scene)
     pressed, contact, gauges = scene.precompression, scene.contact, scene.gauges
     walls: dict[str, Wall | None] = {"wall": scene.wall, "near_wall": scene.near_wall}
     for gauge in gauges:
@@ -101,6 +105,42 @@ def refuse_impossible(scene: Any) -> None:
     require(not isinstance(chain.gap, tuple) and chain.gap == 0, "chain.gap", None, closed)
     for section, wall in walls.items():
         require(wall is None or wall.gap == 0, f"{section}.gap", wall and wall.gap, closed)
+
+
+def _refuse_lonely(scene: Any) -> None:
+    """Raise a SceneError for a single granule without a wall, or that a piston moves."""
+    if scene.chain.granules > 1:
+        return
+    has_wall = scene.wall is not None or scene.near_wall is not None
+    allowed = "must be at least 2 without a wall: a single granule needs [wall] or [near_wall]"
+    require(has_wall, "chain.granules", 1, allowed)
+    allowed = "must be at least 2 with a piston, which is granule 1 and needs one that it pushes"
+    require(not scene.shock.is_driven, "chain.granules", 1, allowed)
+    allowed = "must be at least 2 under a load with a striker, or give striker.loaded = true"
+    is_missing = scene.precompression is not None and scene.shock.loaded_granule > 0
+    require(not is_missing, "chain.granules", 1, allowed)
+
+
+def _refuse_measured(scene: Any) -> None:
+    """Raise a SceneError for a material that measured properties do not have, and for no wall."""
+    chain, is_measured = scene.chain, scene.chain.stiffness is not None
+    for name, value in scene.shock.material.items() if chain.is_measured else ():
+        allowed = "leave it out: with measured granules [chain] or its first segment has granule 1"
+        raise SceneError(f"striker.{name}", value, allowed)
+    parts = {"chain": chain, "wall": scene.wall, "near_wall": scene.near_wall}
+    for section, part in parts.items() if scene.measures_contacts else ():
+        strength = None if part is None else part.yield_strength
+        allowed = "needs the pressure, which no measured stiffness tells: leave it out"
+        require(strength is None, f"{section}.yield_strength", strength, allowed)
+    for section in ("wall", "near_wall"):
+        wall = getattr(scene, section)
+        if wall is None:
+            continue
+        allowed = "needs the granule's material, which chain.stiffness replaces: give stiffness"
+        require(wall.kind is None or not is_measured, f"{section}.kind", wall.kind, allowed)
+        allowed = f"missing, must be one of {', '.join(WALLS)}; or give stiffness"
+        has_stiffness = wall.stiffness is not None or (is_measured and section == "near_wall")
+        require(wall.kind is not None or has_stiffness, f"{section}.kind", None, allowed)
 
 
 def _refuse_fixed(
@@ -292,7 +332,9 @@ class Scene(Numbered, Shown):
         """Names of all that the scene has beyond a uniform chain with free ends under one pulse."""
         chain, pressed = self.chain, self.precompression
         present = (
-            any(isinstance(getattr(chain, key), tuple) for key in MATERIAL),
+            chain.granules == 1,
+            any(isinstance(getattr(chain, key), tuple) for key in (*MATERIAL, *MEASURED)),
+            chain.is_measured or self.measures_contacts,
             isinstance(chain.gap, tuple) or chain.gap > 0,
             self.striker is not None,
             self.piston is not None,
@@ -306,6 +348,12 @@ class Scene(Numbered, Shown):
             self.contact is not None,
         )
         return tuple(itertools.compress(ALL_TERMS, present))
+
+    @property
+    def measures_contacts(self) -> bool:
+        """Whether the stiffness of a contact was measured, so that it has no known curvature."""
+        parts = self.chain, self.wall, self.near_wall
+        return any(part is not None and part.stiffness is not None for part in parts)
 
     @property
     def is_plain(self) -> bool:

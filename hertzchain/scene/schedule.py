@@ -184,7 +184,8 @@ def watched_with_terms(granules: Granules, push: Push, wall: bool) -> float:
         flight = 0.0
     wave = watched_time(0, weak) / 5 * (float(np.sum(crossed)) + 5 * float(np.max(crossed)))
     others = granules.mass[1:], granules.young_modulus[1:], granules.gap  # except the striker
-    decays = any(np.ptp(values) > 0 for values in others) or granules.damping is not None
+    decays = any(values.size and np.ptp(values) > 0 for values in others)
+    decays = decays or granules.damping is not None
     if decays or granules.gap.any():
         wave *= _DECAY_TIME_FACTOR
     if not wall:

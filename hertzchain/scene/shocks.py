@@ -422,7 +422,7 @@ class Moving(Shock):
 
     def in_words(self, granules: int, momentum_ratio: float) -> str:
         """One line that describes the shock, with the number of granules."""
-        return f"{granules} granules"
+        return counted(granules)
 
 
 @dataclass(frozen=True, repr=False)
@@ -528,7 +528,7 @@ class Piston(Shock):
         how = f"table of {len(self.rows)} rows, up to {self.impact_velocity:.6g} m/s,"
         if self.velocity is not None:
             how = f"at {self.velocity:.6g} m/s"
-        return f"piston {how} on {granules - 1} granules"
+        return f"piston {how} on {counted(granules - 1)}"
 
 
 Profile = Literal["cosine", "triangular", "cosine-triangular"]
@@ -686,7 +686,12 @@ class PulseTable(Shock):
 
 def of_force(peak_force: float, granules: int, momentum_ratio: float) -> str:
     """Return words for LM_ratio, largest force and number of granules."""
-    return f"LM_ratio = {momentum_ratio:.6g}, {peak_force:.6g} N on {granules} granules"
+    return f"LM_ratio = {momentum_ratio:.6g}, {peak_force:.6g} N on {counted(granules)}"
+
+
+def counted(granules: int) -> str:
+    """Return words for a number of granules."""
+    return "1 granule" if granules == 1 else f"{granules} granules"
 
 
 _MOST_CYCLES = 50_000
@@ -699,6 +704,9 @@ _QUARTERS = (
     ("quarter-cosine", -1.0, 0.0),
 )
 """Shape, and the force at both ends over the amplitude, of each quarter of a cycle."""
+
+_SLACK = 1e-12
+"""Rounding of sums of times over the duration of a pulse (chosen): 0.3 + 0.7 ms may exceed 1 ms."""
 
 
 @dataclass(frozen=True)
@@ -781,8 +789,136 @@ class Sine(Shock):
         """One line that describes the sine, with the number of granules."""
         return (
             f"sine of {self.amplitude:.6g} N, {self.cycles} cycles at {self.frequency:.6g} Hz,"
-            f" on {granules} granules"
+            f" on {counted(granules)}"
         )
+
+
+@dataclass(frozen=True)
+class LabPulse(Shock):
+    """A pulse of shock tests, by its largest force and its whole duration, in SI units.
+
+    The shapes are those of IEC 60068-2-27 and MIL-STD-810, method 516.
+
+    Parameters
+    ----------
+    peak_force
+        Largest force [N].
+    duration
+        Time from the start of the force to its end [s].
+    granule
+        Number of the granule on which it acts, from 1.
+
+    Raises
+    ------
+    SceneError
+        For a value that is not possible.
+    """
+
+    peak_force: float = field(metadata=key("N", "F0", above=0, usual=(1e-6, 1e7)))
+    duration: float = field(metadata=key("s", "duration of the pulse", above=0))
+    granule: int = field(default=1, kw_only=True, metadata=GRANULE)
+
+    def __post_init__(self) -> None:
+        check(self)
+
+    def by_formula(self, time: FloatArray) -> FloatArray:
+        """The force at any times from 0 on [N]."""
+        return np.where(time < self.duration, self.peak_force * self._growth(time), 0.0)
+
+    @abstractmethod
+    def _growth(self, time: FloatArray) -> FloatArray:
+        """The force over the largest one at times of the pulse [s], by a formula."""
+
+    def stretched(self, time: Positive, length: Positive, modulus: Positive) -> Self:
+        """The pulse of a similar scene; see ``Shock``."""
+        return replace(self, duration=time * self.duration)
+
+    def in_words(self, granules: int, momentum_ratio: float) -> str:
+        """One line that describes the pulse, with the number of granules."""
+        force = of_force(self.peak_force, granules, momentum_ratio)
+        return f"{self.noun} of {self.duration:.6g} s, {force}"
+
+
+@dataclass(frozen=True)
+class HalfSine(LabPulse):
+    """A half sine: the force peak_force * sin(pi t / duration); see ``LabPulse``."""
+
+    profiles = ("half-sine",)
+    noun = "half sine"
+
+    def ramps(self) -> tuple[Ramp, ...]:
+        """Rise to the crest, and decay."""
+        (rise, _, _), (decay, _, _), *_ = _QUARTERS
+        crest = self.duration / 2
+        return (
+            Ramp(0.0, crest, 0.0, self.peak_force, rise),
+            Ramp(crest, self.duration, self.peak_force, 0.0, decay),
+        )
+
+    def _growth(self, time: FloatArray) -> FloatArray:
+        return np.asarray(np.sin(math.pi / self.duration * time))
+
+
+@dataclass(frozen=True)
+class Sawtooth(LabPulse):
+    """A saw tooth with terminal peak: rises in a line, ends at its peak; see ``LabPulse``."""
+
+    profiles = ("sawtooth",)
+    noun = "saw tooth"
+
+    def ramps(self) -> tuple[Ramp, ...]:
+        """The rise, which ends in a jump to 0."""
+        return (Ramp(0.0, self.duration, 0.0, self.peak_force, "linear"),)
+
+    def _growth(self, time: FloatArray) -> FloatArray:
+        return time / self.duration
+
+
+@dataclass(frozen=True)
+class Trapezoid(LabPulse):
+    """A trapezoid: a linear rise, a constant force and a linear decay; see ``LabPulse``.
+
+    Parameters
+    ----------
+    rise_time, fall_time
+        Durations of rise and decay, at most ``duration`` together [s].
+
+    Raises
+    ------
+    SceneError
+        For a value that is not possible.
+    """
+
+    profiles = ("trapezoid",)
+    noun = "trapezoid"
+
+    rise_time: float = field(metadata=key("s", "rise time t0", above=0))
+    fall_time: float = field(metadata=key("s", "decay time", above=0))
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        allowed = f"must be at most duration - rise_time = {self.duration - self.rise_time:g} s"
+        sloping = self.rise_time + self.fall_time
+        require(sloping <= self.duration * (1 + _SLACK), "fall_time", self.fall_time, allowed)
+
+    def ramps(self) -> tuple[Ramp, ...]:
+        """Rise, constant force, if it takes any time, and decay."""
+        begin, end, force = self.rise_time, self.duration - self.fall_time, self.peak_force
+        if end - begin <= _SLACK * self.duration:
+            end = begin
+        hold = (Ramp(begin, end, force, force, "linear"),) if end > begin else ()
+        rise = Ramp(0.0, begin, 0.0, force, "linear")
+        return (rise, *hold, Ramp(end, self.duration, force, 0.0, "linear"))
+
+    def _growth(self, time: FloatArray) -> FloatArray:
+        lower = np.minimum(time / self.rise_time, (self.duration - time) / self.fall_time)
+        return np.minimum(lower, 1.0)
+
+    def stretched(self, time: Positive, length: Positive, modulus: Positive) -> Self:
+        """The trapezoid of a similar scene; see ``Shock``."""
+        times = self.duration, self.rise_time, self.fall_time
+        duration, rise_time, fall_time = (time * each for each in times)
+        return replace(self, duration=duration, rise_time=rise_time, fall_time=fall_time)
 
 
 @dataclass(frozen=True)
@@ -852,4 +988,5 @@ class Striker(Shock):
 
     def in_words(self, granules: int, momentum_ratio: float) -> str:
         """One line that describes the striker, with the number of other granules."""
-        return f"striker at {self.velocity:.6g} m/s on {granules - 1} granules"
+        others = f" on {counted(granules - 1)}" if granules > 1 else ""
+        return f"striker at {self.velocity:.6g} m/s{others}"

@@ -12,12 +12,20 @@ import numpy as np
 
 from hertzchain.arrays import FloatArray
 from hertzchain.errors import SceneError, is_positive, require, require_one
-from hertzchain.scene.chain import MATERIAL, POISSON_RATIO, YIELD_STRENGTH, YOUNG_MODULUS
+from hertzchain.scene.chain import (
+    MATERIAL,
+    MEASURED,
+    POISSON_RATIO,
+    STIFFNESS,
+    YIELD_STRENGTH,
+    YOUNG_MODULUS,
+)
 from hertzchain.scene.keys import Key, check, key, keys_of, of_granule, to_si
 
 ALL_TERMS = (
-    "unlike granules", "gaps", "striker", "piston", "local shock", "moving granules",
-    "fixed granules", "wall", "near wall", "precompression", "gravity", "damping",
+    "single granule", "unlike granules", "measured granules", "gaps", "striker", "piston",
+    "local shock", "moving granules", "fixed granules", "wall", "near wall", "precompression",
+    "gravity", "damping",
 )  # fmt: skip
 """Names of all terms, in the order of ``Scene.terms``."""
 
@@ -58,7 +66,8 @@ class Wall:
     Parameters
     ----------
     kind
-        ``rigid``, ``same`` (the material of the granule next to it) or ``elastic``.
+        ``rigid``, ``same`` (the material of the granule next to it) or ``elastic``; None with
+        ``stiffness``, and for a near wall whose stiffness is that of ``Chain``.
     young_modulus, poisson_ratio
         Material of an elastic wall [Pa], [1]; None for the other kinds.
     yield_strength
@@ -68,6 +77,8 @@ class Wall:
     restitution, relaxation_time, coefficient
         Parameter of the wall's contact in the law of ``Contact``, which the scene then has; None
         for that of all contacts.
+    stiffness
+        A of the wall's contact, as it was measured [N m^(-3/2)]; None where it follows.
 
     Raises
     ------
@@ -75,7 +86,7 @@ class Wall:
         For a value that is not possible.
     """
 
-    kind: WallKind = field(metadata=key("", "wall", kind="str", choices=WALLS))
+    kind: WallKind | None = field(default=None, metadata=key("", "wall", kind="str", choices=WALLS))
     young_modulus: float | None = of_granule(YOUNG_MODULUS, "Young's modulus of the wall")
     poisson_ratio: float | None = of_granule(
         POISSON_RATIO,
@@ -86,16 +97,22 @@ class Wall:
     restitution: float | None = of_granule(RESTITUTION, "coefficient of restitution of the wall")
     relaxation_time: float | None = of_granule(RELAXATION_TIME, "relaxation time of the wall")
     coefficient: float | None = of_granule(COEFFICIENT, "coefficient of the wall's dashpot")
+    stiffness: float | None = of_granule(STIFFNESS, "stiffness A of the wall")
 
     def __post_init__(self) -> None:
-        keys_of(Wall)["kind"].check("kind", self.kind)
+        kind = keys_of(Wall)["kind"]
+        if self.kind is not None:
+            kind.check("kind", self.kind)
+        allowed = "not allowed with stiffness, which takes its place"
+        require(self.kind is None or self.stiffness is None, "kind", self.kind, allowed)
         for name in ("young_modulus", "poisson_ratio", "yield_strength"):
             value = getattr(self, name)
             if self.kind == "elastic":
                 given = value is not None or name == "yield_strength"
                 require(given, name, None, 'missing, a wall of kind "elastic" needs it')
             else:
-                allowed = f'only a wall of kind "elastic" has it, not "{self.kind}"'
+                other = "one with stiffness" if self.kind is None else f'"{self.kind}"'
+                allowed = f'only a wall of kind "elastic" has it, not {other}'
                 require(value is None, name, value, allowed)
         check(self)
 
@@ -292,7 +309,7 @@ class Gauge:
         require(first <= self.number <= last, f"gauge.{self.key}", self.number, allowed)
 
 
-OF_GRANULES = tuple(f"chain.{key}" for key in (*MATERIAL, "gap", "velocity"))
+OF_GRANULES = tuple(f"chain.{key}" for key in (*MATERIAL, "gap", "velocity", *MEASURED))
 """Keys that can scatter among granules."""
 
 SECTIONS_OF_UNCERTAIN = ("uncertainty", "scatter")

@@ -16,7 +16,7 @@ import numpy as np
 from hertzchain.arrays import FloatArray
 from hertzchain.errors import SceneError, did_you_mean, require
 from hertzchain.observables.result import Result
-from hertzchain.scene.chain import MATERIAL, Chain
+from hertzchain.scene.chain import MATERIAL, MEASURED, Chain
 from hertzchain.scene.file import (
     KEYS,
     OF_PROFILE,
@@ -49,7 +49,7 @@ class Column:
 
 _OF_KEYS = {name: Column(name, key.axis, key.kind) for name, key in KEYS.items() if key.label}
 
-_OF_UNLIKE = ("chain.gap", "chain.velocity")
+_OF_UNLIKE = ("chain.gap", "chain.velocity", *(f"chain.{key}" for key in MEASURED))
 """Keys of [chain] that no plain chain has."""
 
 PARAMETERS = tuple(
@@ -67,12 +67,15 @@ TERMS = tuple(name for name in _OF_KEYS if name not in PARAMETERS)
 FIRST = ("first_peak_force_N", "arrival_time_s")
 """Columns of first pulses."""
 
+_WITH_TIME = (*FIRST, "contact_time_s")
+"""Columns of first pulses on walls."""
+
 
 def _at(run: Result, name: str, k: int) -> float | None:
     """Return a number of the k-th contact; None where it is unknown."""
     if run.is_cut_off[k]:
         return None
-    if name in FIRST:
+    if name in _WITH_TIME:
         return run.first_columns[name][k] if run.first_columns else None
     values = run.peak_force if name == "peak_force_N" else run.peak_time
     return None if run.peak_errors[k] >= 1 else float(values[k])
@@ -81,11 +84,12 @@ def _at(run: Result, name: str, k: int) -> float | None:
 def _of_wall(section: str, k: int) -> tuple[Column, ...]:
     """Return the columns of a wall with the k-th contact."""
     labels = ("first peak force on the {} [N]", "arrival at the {} [s]",
-              "peak force on the {} [N]", "time of the peak force on the {} [s]")  # fmt: skip
+              "contact time with the {} [s]", "peak force on the {} [N]",
+              "time of the peak force on the {} [s]")  # fmt: skip
     return tuple(
         Column(f"{section}_{name}", label.format(section.replace("_", " ")), of=section,
                read=partial(_at, name=name, k=k))
-        for name, label in zip((*FIRST, "peak_force_N", "peak_time_s"), labels, strict=True)
+        for name, label in zip((*_WITH_TIME, "peak_force_N", "peak_time_s"), labels, strict=True)
     )  # fmt: skip
 
 
@@ -96,6 +100,17 @@ def _largest(
     force = run.peak_force - (0.0 if static is None else static)
     k = int(np.argmax(force))
     return (None, None) if run.is_cut_off[k] else (float(force[k]), int(run.contact[k]))
+
+
+def _restitution(run: Result, name: str) -> float | None:
+    """Return a coefficient of ``Result.restitution``; None where there is none."""
+    return None if run.restitution is None else getattr(run.restitution, name)
+
+
+def _of_contact_n(run: Result) -> float | None:
+    """Return the peak force of contact N; None where it is cut off, or for a single granule."""
+    number, contacts = run.scene.chain.granules, run.scene.contacts
+    return _at(run, "peak_force_N", contacts.index(number)) if number in contacts else None
 
 
 FOUND_COLUMNS = (
@@ -115,13 +130,14 @@ FOUND_COLUMNS = (
     Column("largest_peak_contact", "contact of the largest peak", "int",
            read=lambda run: _largest(run)[1]),
     Column("last_peak_force_N", "peak force of contact N [N]", of="terms",
-           read=lambda run: _at(
-               run, "peak_force_N", run.scene.contacts.index(run.scene.chain.granules)
-           )),
+           read=_of_contact_n),
     Column("largest_dynamic_force_N", "largest peak force less the static force [N]",
            of="precompression", read=lambda run: _largest(run, run.static_force)[0]),
     *_of_wall("near_wall", 0),
     *_of_wall("wall", -1),
+    *(Column(f"{name}_restitution", f"momentum back over momentum in, {label}", of="terms",
+             read=partial(_restitution, name=name))
+      for name, label in (("first_granule", "granule 1"), ("column", "all granules"))),
     Column("contacts_cut_off", "contacts whose peak may come after the end of the run", "int",
            "terms", lambda run: len(run.cut_off)),
     Column("overlap_ratio", "largest overlap / R", read=attrgetter("overlap_ratio")),
@@ -251,7 +267,9 @@ def columns_of(
     held = any(section in scene for section in sections)
     held = held or (shock is not None and shock.is_driven) or "granule" in scene.get("shock", {})
     gauges = _of_gauges(len(scene.get("gauge", ())))
-    if not (of_terms or unlike or {"gap", "velocity"} & {*chain} or held or gauges):
+    of_terms = of_terms or "duration" in scene.get("shock", {})
+    of_terms = of_terms or bool({"gap", "velocity", *MEASURED} & {*chain})
+    if not (of_terms or unlike or held or gauges):
         return ALL
     always = {f"chain.{key}" for key in ("granules", *MATERIAL)} | {"run.end_time", *varied}
     if shock is not None:
@@ -295,12 +313,15 @@ def numbers_of(run: Result) -> dict[str, float | None]:
 
 _Part = TypeVar("_Part")
 
-_OF_GRANULE = (*MATERIAL, "gap", "velocity")
+_OF_GRANULE = (*MATERIAL, "gap", "velocity", *MEASURED)
 _OF_ELASTIC_WALL = ("young_modulus", "poisson_ratio", "yield_strength")
 WALLS = ("wall", "near_wall")
 """Sections of walls."""
 _OF_WALLS = (f"{wall}.{key}" for wall in WALLS for key in DAMPING.values())
-_IF_GIVEN = ("chain.velocity", "shock.granule", *_OF_WALLS)
+_IF_GIVEN = (
+    "chain.velocity", "shock.granule", *_OF_WALLS,
+    *(f"chain.{key}" for key in (*MATERIAL, *MEASURED)), *(f"{wall}.stiffness" for wall in WALLS),
+)  # fmt: skip
 """Keys that vary only if the scene has them, because other keys have the same names."""
 
 
@@ -323,10 +344,12 @@ def names_of(scene: Scene) -> tuple[str, ...]:
             names.append(name)
     for number, segment in enumerate(segments, start=1):
         cell = segment.get("cell", [])
-        keys = ("granules", *_OF_GRANULE, *(() if cell else ("radius_ratio",)))
+        absent = {key for key in (*MATERIAL, *MEASURED) if getattr(scene.chain, key) is None}
+        of_granule = [key for key in _OF_GRANULE if key not in absent]
+        keys = ("granules", *of_granule, *(() if cell else ("radius_ratio",)))
         names += [f"chain.segments.{number}.{key}" for key in keys]
         for place in range(1, len(cell) + 1):
-            names += [f"chain.segments.{number}.cell.{place}.{key}" for key in _OF_GRANULE]
+            names += [f"chain.segments.{number}.cell.{place}.{key}" for key in of_granule]
     return tuple(names)
 
 
@@ -371,7 +394,7 @@ def changed(
     for name, value in values.items():
         section, _, key = name.partition(".")
         of[section][key] = value
-        if name in OTHER_MEASURE:
+        if name in OTHER_MEASURE and base.pulse is not None:
             of[section][OTHER_MEASURE[name].partition(".")[2]] = None
     for wall in WALLS:
         if of[wall].get("kind", "elastic") != "elastic":

@@ -20,7 +20,7 @@ from hertzchain.arrays import FloatArray
 from hertzchain.errors import SceneError, require
 from hertzchain.scene.arguments import checked
 from hertzchain.scene.file import key_named, sections_of
-from hertzchain.scene.keys import Key, to_si
+from hertzchain.scene.keys import Key, keys_of, to_si
 from hertzchain.scene.scene import Scene, SceneLike, to_scene
 from hertzchain.sweeps.columns import (
     ALL,
@@ -336,7 +336,8 @@ class Design:
     def are_plain(self) -> bool:
         """True if no scene can have terms."""
         are_plain = all(axis.name in PARAMETERS for axis in self.axes)
-        free = self.base.is_plain and not self.base.gauges
+        of_shock = {f"shock.{key}" for key in keys_of(type(self.base.shock)) if key != "granule"}
+        free = self.base.is_plain and not self.base.gauges and of_shock <= {*PARAMETERS}
         return are_plain and free and self.base.chain.section is None
 
     @property

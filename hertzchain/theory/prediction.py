@@ -127,7 +127,7 @@ class Prediction:
     @property
     def overlap_ratio(self) -> float | None:
         """Largest overlap over the radius R; Hertz's law holds for small overlaps."""
-        if np.isnan(self.peak_force).any():
+        if not self.peak_force.size or np.isnan(self.peak_force).any():
             return None
         return overlap_ratio(self.scene.chain, float(np.max(self.peak_force)))
 

@@ -8,7 +8,7 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.engines.registry import ENGINES, Engine
-from hertzchain.scene.shocks import Shock
+from hertzchain.scene.file import OF_PROFILE
 from hertzchain.sweeps.columns import FOUND_COLUMNS
 from tests.docs.test_scene_reference import ROWS
 from tests.places import ROOT
@@ -23,8 +23,7 @@ def test_every_pulse_has_a_table_of_keys() -> None:
     listed = {
         word for row in ROWS if row.key == "profile" for word in re.findall(r"`(.+?)`", row.allowed)
     }
-    shocks = [shock for shock in Shock.__subclasses__() if shock.section == "shock"]
-    assert listed == {name for shock in shocks for name in shock.profiles}
+    assert listed == {*OF_PROFILE}
 
 
 @pytest.mark.parametrize("engine", ENGINES.values(), ids=list(ENGINES))

@@ -76,7 +76,7 @@ def test_a_bound_is_the_largest_weighted_difference_times_the_safety_and_the_res
     """Small pulses on a static force have larger relative errors, times a factor of their own."""
     safety, dynamic = Safety("a kind", 3.0, 2.0, 4.0, 2.0), np.array([1.0, 0.5])
     differences = [
-        ContactErrors(np.array([peak, math.nan]), pulse, pulse, pulse, dynamic)
+        ContactErrors(np.array([peak, math.nan]), pulse, pulse, pulse, pulse, dynamic)
         for peak, pulse in ((1e-3, np.full(2, 2e-3)), (3e-3, np.full(2, 1e-3)))
     ]
     errors = safety.bounds(differences, [1.0, 0.5], rest=1e-5)

@@ -42,8 +42,12 @@ def numbers_of(scene: hc.Scene) -> Numbers:
     near = scene.near_wall
     radius, modulus, nu, density = _materials(scene)
     mass = density * 4 * math.pi / 3 * radius**3
+    if chain.mass is not None:
+        mass = np.array(np.broadcast_to(chain.mass, size), float)
     soft = (1 - nu**2) / modulus
     stiffness = 4 / 3 / (soft[:-1] + soft[1:]) / np.sqrt(1 / radius[:-1] + 1 / radius[1:])
+    if chain.stiffness is not None:
+        stiffness = np.array(np.broadcast_to(chain.stiffness, size), float)[1:]
     gap = np.array(np.broadcast_to(chain.gap, size), np.float64)[1:]
     is_held = np.array(np.broadcast_to(chain.fixed, size))
     fixed = is_held.copy()
@@ -63,7 +67,8 @@ def numbers_of(scene: hc.Scene) -> Numbers:
             carried = 0.0
         static[k] = carried
     constant = np.full(size, float(gravity))
-    constant[int(flies)] += force / mass[int(flies)]
+    if force:
+        constant[int(flies)] += force / mass[int(flies)]
     if wall is None and not fixed.any():
         constant[-1] -= force / mass[-1]
     constant[is_held] = 0.0
@@ -104,6 +109,8 @@ def _materials(scene: hc.Scene) -> list[Floats]:
 
 def _on_plane(wall: hc.Wall, soft: float, radius: float) -> float:
     """A of a granule on a wall; ``soft`` is its (1 - nu^2) / E."""
+    if wall.stiffness is not None:
+        return wall.stiffness
     other = {
         "rigid": 0.0,
         "same": soft,
@@ -149,7 +156,9 @@ def pieces_of(scene: hc.Scene) -> Floats:
     and frequency in place of the forces. Pieces of a piston are those of its strokes.
     """
     shock = scene.shock
-    if isinstance(shock, hc.Sine):
+    if isinstance(shock, hc.HalfSine):
+        pieces = [(0.0, shock.peak_force, shock.duration, 0.5 / shock.duration, 3.0)]
+    elif isinstance(shock, hc.Sine):
         pieces = [(0.0, shock.amplitude, shock.cycles / shock.frequency, shock.frequency, 3.0)]
     elif isinstance(shock, hc.Piston):
         corners = [0.0, *(time for time in shock.time or () if time > 0)]

@@ -204,7 +204,8 @@ STAND_ALONE = {
 FIRST = {
     "first_peak_force_N", "first_peak_time_s", "arrival_time_s", "first_width_s", "kind",
     "clear", "near_end", "peak_error", "first_peak_error", "arrival_error_s",
-    "first_width_error_s", "wave", "gauges", "pulses",
+    "first_width_error_s", "contact_time_s", "contact_time_error_s", "wave", "gauges", "pulses",
+    "restitution",
 }  # fmt: skip
 """Keys of runs with first pulses."""
 

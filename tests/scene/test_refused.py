@@ -225,7 +225,9 @@ TABLES: list[tuple[str, str, str]] = [
     ("file", GRANULES.replace(",gap_m", "") + TWO, "first line = 'radius_m,young_modulus_Pa"),
     ("file", GRANULES.replace("gap_m", "gap_mm") + TWO, "column = 'gap_mm': is unknown: the first"),
     ("file", GRANULES + TWO + "1,2,3\n", "row 3 = '1,2,3': must be 5 numbers"),
-    ("file", GRANULES + TWO.partition("\n")[0], "granules = 1: must be an integer from 2"),
+    ("file", GRANULES, "granules = 0: must be an integer from 1"),
+    ("file", GRANULES.replace("density_kg_m3", "mass_kg,density_kg_m3") + TWO, "must be 6 numbers"),
+    ("file", "radius_m,stiffness_N_m-1.5,gap_m\n5e-3,1e10,0\n", "density: missing"),
     ("file", GRANULES + TWO.replace("0.004", "-1"), "radius of granule 2 = -1.0"),
 ]
 

@@ -137,7 +137,7 @@ REFUSED: list[tuple[dict[str, Any], str]] = [
     ({"vary": {"shock.momentum_ratio": "1,-2"}}, "shock.momentum_ratio = -2.0: must be"),
     ({"vary": {"chain.radius": "1 kg,2 kg"}}, "has the wrong dimension"),
     ({"vary": {"chain.granules": "2.5,3"}}, "must be a whole number"),
-    ({"vary": {"chain.granules": "1:10:4"}}, "chain.granules = 1: must be an integer from 2"),
+    ({"vary": {"chain.granules": "0:9:4"}}, "chain.granules = 0: must be an integer from 1"),
     ({"vary": {"chain.poisson_ratio": "0:0.6:4"}}, "chain.poisson_ratio = 0.6: must be"),
     ({"vary": {"shock.profile": "cosine,square"}}, "shock.profile = 'square': must be"),
     ({"vary": {"shock.profile": "cosine:triangular:2"}}, "has no range: name its values"),

@@ -153,7 +153,7 @@ def samples(
     # Granules that only touch may overlap by rounding of their positions; this is no contact.
     pressed = overlap > np.finfo(np.float64).eps * np.max(np.abs(at_rest.position))
     net = force - held.acceleration * at_rest.moving_mass
-    net[:, 1] -= held.second_force
+    net[:, 1:2] -= held.second_force
     if held.pushed > 0 and leg.ramp is not None:
         net[:, held.pushed] -= leg.ramp.force(time)
     net[:, -1] += held.last_force

@@ -50,7 +50,10 @@ class Softening:
         gap = _times(self.length, scene.chain.gap)
         modulus = self._modulus(scene.chain.young_modulus)
         velocity = _times(self.length / self.time, scene.chain.velocity)
-        chain = replace(scene.chain, young_modulus=modulus, gap=gap, velocity=velocity)
+        stiffness = self._modulus(scene.chain.stiffness)
+        chain = replace(
+            scene.chain, young_modulus=modulus, gap=gap, velocity=velocity, stiffness=stiffness
+        )
         return Scene(
             chain, shock, run, self._wall(scene.wall, scene.contact), scene.precompression,
             self._contact(scene.contact), scene.gauges,
@@ -61,7 +64,10 @@ class Softening:
         if wall is None:
             return None
         modulus = self._modulus(wall.young_modulus)
-        softer_wall = replace(wall, young_modulus=modulus, gap=self.length * wall.gap)
+        softer_wall = replace(
+            wall, young_modulus=modulus, gap=self.length * wall.gap,
+            stiffness=self._modulus(wall.stiffness),
+        )  # fmt: skip
         if contact is None or not wall.own_damping:
             return softer_wall
         return softer_wall.damped(self._contact(contact.at(wall)))
@@ -177,9 +183,10 @@ def _expected(scene: Scene) -> tuple[float, float, float]:
     """Estimated deepest overlap, shallowest that is judged, and way of the last granule."""
     if scene.is_plain:
         return _overlap(_highest_peak(scene)), _overlap(_lowest_peak(scene)), _flight(scene)
-    stiffness, first = scene.granules.stiffness, scene.first_granule
+    stiffness, first = scene.granules.stiffness, scene.unit_contact
     # At all times as fast as a granule that the shock throws ahead, or that moves at the start.
-    thrown = float(np.max(np.abs(scene.granules.velocity[1:]))) / scene.units.velocity
+    others = np.abs(scene.granules.velocity[1:])
+    thrown = float(np.max(others, initial=0.0)) / scene.units.velocity
     flight = max(2.0 * min(1.0, scene.momentum_ratio), thrown) * scene.end_time / scene.units.time
     # Largest force and smallest peak expected with terms [units of force] (chosen): a wall doubles
     # a wave

@@ -11,7 +11,7 @@ import numpy as np
 from hertzchain.arrays import FloatArray
 from hertzchain.limits import RTOL
 from hertzchain.observables import error_bound
-from hertzchain.observables.error_bound import ContactErrors, Peaks
+from hertzchain.observables.error_bound import OF_TIMES, ContactErrors, Peaks
 from hertzchain.observables.peaks import ESTIMATED, judged_contacts
 from hertzchain.observables.watch import PeakWatch
 from hertzchain.scene.scene import Scene
@@ -49,6 +49,7 @@ def extrapolate(coarse: Peaks, fine: Peaks, order: int, longest: float) -> Peaks
         first = replace(
             first, force=stronger(before.force, first.force), time=later(before.time, first.time),
             arrival=later(before.arrival, first.arrival), width=later(before.width, first.width),
+            contact_time=later(before.contact_time, first.contact_time),
         )  # fmt: skip
     force = stronger(coarse.force, fine.force)
     return Peaks(force, later(coarse.time, fine.time), fine.passed, first)
@@ -157,10 +158,9 @@ def with_rivals(
     is_highest = (first.force + first.static)[: rivals.size] > (1 - 1e-9) * seen.force
     of_first[: rivals.size] = np.where(is_highest, rivals, 0.0)
     of_first /= errors.dynamic
-    force, arrival, width = (
-        joined(each, of_first) for each in (errors.first, errors.arrival, errors.width)
-    )
-    return ContactErrors(peak, force, arrival, width, errors.dynamic)
+    of_times = {name: joined(getattr(errors, name), of_first) for name in OF_TIMES}
+    first_error = joined(errors.first, of_first)
+    return replace(errors, peak=peak, first=first_error, **of_times)
 
 
 def interpolation_error(scene: Scene, legs: Sequence[Leg], strides: Sequence[int]) -> float:

@@ -13,12 +13,20 @@ from hertzchain.errors import RunFailed
 from hertzchain.scene.granules import Granules
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.shocks import SHAPES, Ramp, Stroke
+from hertzchain.scene.terms import ALL_TERMS
 
 _MOST_GRANULES = 100_000
 """Most granules (chosen): a deck names each of them, in ten seconds."""
 
 MOST_MATERIALS = 100
 """Most types of granules (chosen): a deck has numbers for each pair of types."""
+
+OF_OTHER_CODES = tuple(
+    term
+    for term in ALL_TERMS
+    if term not in ("single granule", "measured granules", "fixed granules", "near wall")
+)
+"""Terms that the decks of LIGGGHTS and Yade render."""
 
 Material = tuple[float, float]  # E [Pa] and nu
 

@@ -1,7 +1,8 @@
 """The commands of a LAMMPS deck for a scene: pure text, nothing is run here.
 
 LAMMPS gets only E and nu of each material, radius, density and position of each granule, never the
-contact stiffness or the mass computed here, so that a mistake in either shows. Plain chains are
+contact stiffness or the mass computed here, so that a mistake in either shows, except for contacts
+whose stiffness was measured. Plain chains are
 made on a lattice, granules of other scenes one by one; pairs of two materials are written out, as
 LAMMPS of 2021 and 2022 mixes them wrongly. The backend and decks that judge themselves have the
 same commands.
@@ -10,7 +11,8 @@ same commands.
 from __future__ import annotations
 
 import itertools
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -43,7 +45,7 @@ from hertzchain.scene.chain import Chain
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
 from hertzchain.scene.shocks import Ramp
-from hertzchain.scene.terms import Contact, Wall
+from hertzchain.scene.terms import Contact
 
 START = (
     "units si",
@@ -52,7 +54,6 @@ START = (
     "boundary s f f",
     "comm_modify vel yes",
 )
-
 _ANY = "granular"
 """Pair style with a law for each pair of types; the others have one law for all pairs."""
 
@@ -64,11 +65,19 @@ def set_up(scene: Scene, pair_style: str = "granular", version: str | None = Non
     """
     if version is not None:
         refuse_old(scene, version)
-    return "\n".join([*START, "", *chain(scene, pair_style)]) + "\n"
+    return "\n".join([*start(scene), "", *chain(scene, pair_style)]) + "\n"
+
+
+def start(scene: Scene) -> tuple[str, ...]:
+    """Return the commands before the granules."""
+    if scene.bodies > 1:
+        return START
+    # A box that follows a single granule would have no length: it never gets smaller than at first.
+    return tuple(line.replace(" s f f", " m f f") for line in START)
 
 
 def chain(scene: Scene, pair_style: str) -> list[str]:
-    """Return the commands after ``START``: granules, contacts, motion, and supports and loads.
+    """Return the commands after ``start``: granules, contacts, motion, and supports and loads.
 
     RunFailed if LAMMPS, or this pair style, does not support the scene.
     """
@@ -84,6 +93,8 @@ def refuse_pair_style(scene: Scene, pair_style: str) -> None:
     problem, contact = "", scene.contact
     if contact is not None and contact.damping != "viscoelastic":
         problem = f"has viscoelastic damping alone, this scene has that of a {contact.damping}"
+    elif scene.measures_contacts:
+        problem = "has E and Poisson's ratio, contacts of this scene were measured"
     elif scene.near_wall is not None:
         problem = "has one stiffness for all contacts, that of a near wall is another"
     elif len(_kinds(scene)[0]) > 1:
@@ -132,7 +143,7 @@ def granules(scene: Scene, pair_style: str) -> list[str]:
         radius = float(np.min(scene.granules.radius))
         atoms = _one_by_one(scene, of_each, len(kinds))
         if pair_style == _ANY:
-            laws = _pairs(kinds, scene, (of_each[0], of_each[1]))
+            laws = _pairs(kinds, scene, of_each[:2])
             law = [*by_version(scene), f"pair_style {_ANY}", *laws]
         else:
             law = _of_all(scene.contact, pair_style)
@@ -149,12 +160,17 @@ def granules(scene: Scene, pair_style: str) -> list[str]:
 
 @dataclass(frozen=True)
 class _Kind:
-    """A type of granules; with radius [m] and density [kg/m^3] if its contacts need the mass."""
+    """A type of granules; with radius [m] and density [kg/m^3] if its contacts need the mass.
+
+    ``bonds`` has A / sqrt(R*) behind and ahead of it [Pa], where contacts were measured, and which
+    of three neighbours it is: so a pair of types is one contact.
+    """
 
     young_modulus: float
     poisson_ratio: float
     radius: float | None = None
     density: float | None = None
+    bonds: tuple[float, float, int] | None = None
 
 
 def _kinds(scene: Scene) -> tuple[list[_Kind], list[int]]:
@@ -176,28 +192,48 @@ def _alike(scene: Scene) -> tuple[list[_Kind], list[int]]:
     different mass are of different types.
     """
     each = scene.granules
-    if scene.contact is None or scene.contact.damping != "viscoelastic":
+    has_mass = scene.contact is not None and scene.contact.damping == "viscoelastic"
+    if not has_mass and not scene.measures_contacts:
         materials, numbers = materials_of("LAMMPS", each)
         return [_Kind(*material) for material in materials], numbers
     density = weighty_density(each)
     columns = each.young_modulus, each.poisson_ratio, each.radius, density
     of_each = [_Kind(*row) for row in zip(*(column.tolist() for column in columns), strict=True)]
+    if scene.measures_contacts:
+        bonds = [0.0, *_bonds(scene), 0.0]
+        turns = 3 if len({*bonds[1:-1]}) > 1 else 1
+        of_each = [
+            replace(kind, bonds=(bonds[k], bonds[k + 1], k % turns)) if has_mass
+            else _Kind(1.0, 0.0, bonds=(bonds[k], bonds[k + 1], k % turns))
+            for k, kind in enumerate(of_each)
+        ]  # fmt: skip
     kinds, numbers = numbered(of_each)
     if len(kinds) > MOST_MATERIALS:
         raise RunFailed(
-            f"the granules are of {len(kinds)} kinds, and with viscoelastic damping a LAMMPS deck"
-            f" has at most {MOST_MATERIALS}: take another damping, or native"
+            f"the granules are of {len(kinds)} kinds, and with viscoelastic damping or measured"
+            f" contacts a LAMMPS deck has at most {MOST_MATERIALS}: take native"
         )
     return kinds, numbers
 
 
+def _bonds(scene: Scene) -> list[float]:
+    """Return A / sqrt(R*) of the contacts between bodies [Pa], which LAMMPS calls 4/3 E*."""
+    each = scene.granules
+    reduced = each.radius[:-1] * each.radius[1:] / (each.radius[:-1] + each.radius[1:])
+    bonds: list[float] = (each.stiffness[: reduced.size] / np.sqrt(reduced)).tolist()
+    return bonds
+
+
 def _moduli(kinds: list[_Kind]) -> list[str]:
     lines = ["# Young's modulus [Pa] and Poisson's ratio of each material"]
+    if kinds[0].bonds is not None:
+        lines = ["# The stiffness of each contact was measured: there is no Young's modulus."]
     for number, kind in enumerate(kinds, start=1):
-        lines += [
-            f"variable E{number} index {kind.young_modulus!r}",
-            f"variable nu{number} index {kind.poisson_ratio!r}",
-        ]
+        if kind.bonds is None:
+            lines += [
+                f"variable E{number} index {kind.young_modulus!r}",
+                f"variable nu{number} index {kind.poisson_ratio!r}",
+            ]
         if kind.radius is not None:
             sphere = f"4/3*PI*{kind.radius!r}^3*{kind.density!r}"
             lines.append(f"variable m{number} equal {sphere}")
@@ -247,25 +283,33 @@ def _spheres(groups: list[tuple[float, float, int]]) -> list[str]:
     return lines
 
 
-def _pairs(kinds: list[_Kind], scene: Scene, first: tuple[int, int]) -> list[str]:
+def _pairs(kinds: list[_Kind], scene: Scene, first: list[int]) -> list[str]:
     """Yield each pair's law: hertz takes 4/3 E*, with 1/E* the sum of (1 - nu^2) / E of both.
 
     ``first`` are the types of the first two granules. Where the first stands for a near wall, their
     4/3 E* is sqrt(2) times as large: R* is half the R of a sphere on a plane.
     """
     lines, near = [], scene.near_wall
+    bonds = {}
+    if scene.measures_contacts:
+        numbers = _kinds(scene)[1]
+        pairs = itertools.pairwise(numbers)
+        bonds = dict(zip(map(frozenset, pairs), _bonds(scene), strict=True))
+        lines = ["# A / sqrt(R*) of each pair of neighbours; the others never touch."]
     for i in range(1, len(kinds) + 1):
         for j in range(i, len(kinds) + 1):
             k, mass = f"k{i}_{j}", f"v_m{i}*v_m{j}/(v_m{i}+v_m{j})"
-            compliance = f"(1-v_nu{i}^2)/v_E{i}+(1-v_nu{j}^2)/v_E{j}"
+            modulus = f"4/3/((1-v_nu{i}^2)/v_E{i}+(1-v_nu{j}^2)/v_E{j})"
             plane, contact, variable = "", scene.contact, "restitution"
             if near is not None and {i, j} == set(first):
-                plane = "sqrt(2)*"
+                plane = "" if bonds else "sqrt(2)*"
                 lines.append("# Fixed granule 1 stands for the near wall: a plane's stiffness.")
                 if contact is not None and near.own_damping:
                     contact, variable = contact.at(near), "near_wall_restitution"
+            if scene.measures_contacts:
+                modulus = repr(bonds.get(frozenset((i, j)), max(bonds.values(), default=1.0)))
             lines += [
-                f"variable {k} equal {plane}4/3/({compliance})",
+                f"variable {k} equal {plane}{modulus}",
                 f"pair_coeff {i} {j} {_law(k, mass, contact, variable)}",
             ]
     return lines
@@ -303,15 +347,19 @@ def held(scene: Scene) -> list[str]:
             contact, variable = contact.at(scene.wall), "wall_restitution"
         law = _law("k_wall", f"v_m{last}", contact, variable)
         lines += [
-            f"variable k_wall equal {_wall(scene.wall, last)}",
+            f"variable k_wall equal {_wall(scene, last)}",
             f"fix {WALL} last wall/gran granular {law} &",
             f"    xplane NULL {wall_position(scene)!r} contacts",
         ]
     return [*lines, *load_commands(scene)]
 
 
-def _wall(wall: Wall, last: int) -> str:
+def _wall(scene: Scene, last: int) -> str:
     """Return 4/3 E* of the contact with the wall, from the material of the last granule."""
+    wall, each = scene.wall, scene.granules
+    assert wall is not None
+    if scene.measures_contacts:
+        return repr(float(each.stiffness[-1]) / math.sqrt(float(each.radius[-1])))
     compliance = f"(1-v_nu{last}^2)/v_E{last}"
     if wall.kind == "rigid":
         return f"4/3/({compliance})"

@@ -44,7 +44,7 @@ def is_single_pulse(scene: Scene) -> bool:
 def softest(scene: Scene) -> float:
     """Return stiffness over mass of contact 2, divided by the largest of all contacts."""
     ratio = scene.granules.stiffness / scene.granules.contact_mass
-    return float(ratio[scene.first_granule] / np.max(ratio))
+    return float(ratio[scene.unit_contact] / np.max(ratio))
 
 
 def start_of(scene: Scene) -> FloatArray:

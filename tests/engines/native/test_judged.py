@@ -33,6 +33,7 @@ from validation.random_scenes import (
     random_scene_with_terms,
     thrown,
     with_fixed,
+    with_measured,
     with_near_wall,
     with_wall_of_its_own,
 )
@@ -125,6 +126,7 @@ RANDOM = {
     "local": Kind(376, _local, range(4), 156),
     "fixed": Kind(375, _fixed, range(4), 156),
     "near wall": Kind(373, _near_wall, range(4), 156),
+    "measured": Kind(63, lambda rng, n: with_measured(rng, _mixed(rng, n)), range(4), 500),
 }  # fmt: skip
 
 
