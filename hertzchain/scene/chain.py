@@ -144,7 +144,8 @@ class Chain:
         modulus: Any = self.young_modulus
         return float(modulus[0] if isinstance(modulus, tuple) else modulus)
 
-    def _require_uniform(self, what: str) -> None:
+    def require_uniform(self, what: str) -> None:
+        """Raise a SceneError for unlike or measured granules; ``what`` needs like spheres."""
         unlike = any(isinstance(getattr(self, key), tuple) for key in MATERIAL) or self.is_measured
         allowed = "is a single number only in a chain of like granules: see Scene.granules"
         require(not unlike, what, None, allowed)
@@ -152,13 +153,13 @@ class Chain:
     @functools.cached_property
     def granule_mass(self) -> float:
         """Mass m = 4/3 pi R^3 rho of each granule of a uniform chain [kg]."""
-        self._require_uniform("granule_mass")
+        self.require_uniform("granule_mass")
         return granule_mass(self.radius, self.density)  # type: ignore[no-any-return]
 
     @functools.cached_property
     def contact_stiffness(self) -> float:
         """A in F = A overlap^(3/2) of a uniform chain [N m^(-3/2)]."""
-        self._require_uniform("contact_stiffness")
+        self.require_uniform("contact_stiffness")
         return hertz.stiffness_of_equals(  # type: ignore[no-any-return]
             self.radius, self.young_modulus, self.poisson_ratio
         )

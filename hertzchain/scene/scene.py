@@ -76,6 +76,9 @@ def refuse_impossible(scene: Any) -> None:
     names = [entry.name for entry in uncertain]
     for name in names:
         require(names.count(name) == 1, name, None, "is uncertain twice: delete one of them")
+    for entry in uncertain:
+        given = getattr(chain, entry.key.partition(".")[2]) if entry.each else ()
+        require(given is not None, entry.name, None, "has no value in [chain] that could scatter")
     for section, wall in walls.items():
         for name, value in wall.own_damping.items() if wall is not None else ():
             law = next(law for law, parameter in DAMPING.items() if parameter == name)

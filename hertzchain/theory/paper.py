@@ -95,6 +95,7 @@ def applied_momentum(pulse: Pulse, rise_time: Positive) -> float:
 
 def solitary_wave_momentum(chain: Chain, peak_force: Positive) -> float:
     """L_SW [N s]: momentum of a solitary wave of the given height [N] (section 4.1)."""
+    chain.require_uniform("L_SW")
     nu, modulus = chain.poisson_ratio, chain.young_modulus
     inside = (1 - nu**2) * chain.radius**4 * chain.density**1.5 / modulus
     return PAPER_MOMENTUM * math.cbrt(inside) * math.pow(peak_force, 5 / 6)
@@ -114,6 +115,7 @@ def momentum_ratio(chain: Chain, pulse: Pulse, rise_time: Positive) -> float:
 
 def solitary_wave_speed(chain: Chain, peak_force: Positive) -> float:
     """V_SW [m/s] of a solitary wave of the given height [N] (section 4.1.1)."""
+    chain.require_uniform("V_SW")
     nu, modulus = chain.poisson_ratio, chain.young_modulus
     inside = modulus / (chain.radius * (1 - nu**2) * chain.density**1.5)
     return SPEED * math.cbrt(inside) * math.pow(peak_force, 1 / 6)
