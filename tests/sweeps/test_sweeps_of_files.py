@@ -44,6 +44,8 @@ VALUES: dict[str, list[Any]] = {
     "granule": [2, 3],
     "momentum_ratio": [0.5, 2.0],
     "rise_time": [2e-5, 4e-5],
+    "fall_time": [2e-5, 4e-5],
+    "duration": [1e-4, 2e-4],
     "end_time": [1e-3, 2e-3],
     "duration_ratio": [3.0, 4.0],
     "profile": ["triangular", "cosine-triangular"],
