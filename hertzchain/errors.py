@@ -16,7 +16,7 @@ class HertzchainError(Exception):
 
 
 class SceneError(HertzchainError, ValueError):
-    """A scene, or the file it came from, asks for something impossible.
+    """A scene, or its file, requires something impossible.
 
     Parameters
     ----------

@@ -575,7 +575,7 @@ def _moves(covariance: FloatArray) -> FloatArray:
 
 
 def _change(model: Model, x: FloatArray, move: FloatArray, slopes: FloatArray) -> FloatArray:
-    """Return the change of differences by a move; from slopes if values cannot move so far."""
+    """Return how a move changes the differences; estimated from slopes if it leaves the range."""
     ends = x + move, x - move
     if not all(map(model.allows, ends)):
         return np.asarray(slopes @ move)
@@ -599,7 +599,7 @@ def _refuse_alike(slopes: FloatArray, free: Free, given: str) -> None:
 def _refusal(nothing: FloatArray, free: Free, alone: str, given: str) -> SceneError:
     """Return why keys are refused, from their relative changes that change no measured number.
 
-    ``alone`` is the text for a single key, ``given`` what was measured.
+    ``alone`` is the text for a single key; ``given`` names the measured data.
     """
     moved = [
         k for k in range(len(free.keys)) if abs(nothing[k]) > _NAMED_SHARE * np.max(np.abs(nothing))

@@ -38,7 +38,7 @@ _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
 
 
 class Loads(NamedTuple):
-    """What samples of contacts have shown; (contacts,) each, unless it says otherwise.
+    """Results from samples of contacts so far; (contacts,) each, unless stated otherwise.
 
     Parameters
     ----------

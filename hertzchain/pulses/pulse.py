@@ -452,7 +452,7 @@ def cut_off(force: FloatArray, resolution: float) -> str | None:
 
     Then several samples have the largest force, many more than lie within a digit below it: a crest
     that is a parabola has at most 2.4 times as many, one of fourth order 5.3 times. If values
-    repeat too rarely to show the digit, the step from the largest force to the next is used.
+    repeat too rarely to show the digit, it is taken as the step from the largest force to the next.
     """
     top = float(force.max())
     lower = force[force < top]

@@ -148,8 +148,8 @@ def _caption(document: Document) -> str:
         said.append(f"{' and '.join(document.absent)}: not run.")
     if document.drawn:
         said.append(
-            "Differences are relative and without their sign, exact agreement is not drawn; lines"
-            " are what each simulation says of its own error, at most."
+            "Differences are relative and without their sign; exact agreement is not drawn. A line"
+            " is the error bound of that simulation."
         )
     return " ".join(said)
 

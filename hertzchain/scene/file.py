@@ -212,7 +212,7 @@ SEGMENT = re.compile(r"(?:chain\.)?segments\.(\d+)\.(?:cell\.(\d+)\.)?(\w+)")
 
 
 def full_names(name: object, names: Iterable[str], preferred: Collection[str] = ()) -> list[str]:
-    """Return the full name of a key that is given with or without its section; none if unknown.
+    """Return the full name of a key that is given with or without its section; empty if unknown.
 
     If several sections have the key, a preferred one is taken, else a SceneError lists them.
     """
@@ -267,7 +267,7 @@ def sections_of(scene: Any, defaults: bool = True) -> dict[str, Any]:
 
 
 def _of_shock(shock: Shock, defaults: bool) -> dict[str, Any]:
-    """The section of a shock; a table stands in it by its columns."""
+    """Return the section of a shock; it contains a table as columns."""
     values = {} if shock.section != "shock" else {"profile": shock.profile_name}
     columns = {name: list(column) for name, column in columns_of(shock).items()}
     if not columns:

@@ -84,7 +84,7 @@ class Realisations:
     def _middle_of(self, entry: Uncertain) -> tuple[str, float]:
         """Return the full name of an input, and its value in the scene."""
         key = full_key(entry.key, self._base)
-        allowed = "is no quantity of the experiment, and cannot be uncertain"
+        allowed = "is not a quantity of the experiment, and cannot be uncertain"
         require(not (is_whole(key) or key.startswith("run.")), key, None, allowed)
         value = base_values(self._base, [key])[key]
         is_number = isinstance(value, float) and np.isfinite(value)

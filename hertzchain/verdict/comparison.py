@@ -197,7 +197,7 @@ def _compared(
     as_written: bool,
     report_progress: Callable[[str], object],
 ) -> Comparison:
-    """As ``compare``, with the engines by name."""
+    """Compare as ``compare`` does, with the engines by name."""
     reference = _reference(given)
     report_progress("native: the reference method")
     native = reference.run(scene, record)
@@ -206,7 +206,7 @@ def _compared(
     if as_written or is_quickly_written(native):
         report_progress("native: Eq. 1 as it is written")
         check = as_written_check(native, reference.time_limit)
-        if as_written or check.measured is not None:  # a time limit is no verdict on what passed
+        if as_written or check.measured is not None:  # a time limit is not a verdict on what passed
             checks.append(check)
     else:
         report_progress("native: Eq. 1 as it is written takes long; ask for it with --as-written")

@@ -35,8 +35,8 @@ REFERENCE_ERROR = Kind(
 )
 AS_WRITTEN = Kind(
     "compiled against Eq. 1 as written",
-    "do not use this result; the compiled loops and hertzchain/engines/native/equations.py do not"
-    " say the same: please report the scene",
+    "do not use this result; the compiled loops and hertzchain/engines/native/equations.py"
+    " disagree: please report the scene",
 )
 
 _COMPARED_ERROR = 0.1

@@ -150,7 +150,7 @@ def samples(
     if held.wall is not None:
         last = position[:, -1:] + at_rest.diameter[-1] / 2 - held.wall
         overlap = np.concatenate([overlap, last], axis=1)
-    # Granules that only touch may overlap by rounding of their positions; this is no contact.
+    # Granules that only touch may overlap by rounding of their positions; this is not a contact.
     pressed = overlap > np.finfo(np.float64).eps * np.max(np.abs(at_rest.position))
     net = force - held.acceleration * at_rest.moving_mass
     net[:, 1:2] -= held.second_force

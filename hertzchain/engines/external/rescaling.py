@@ -188,8 +188,8 @@ def _expected(scene: Scene) -> tuple[float, float, float]:
     others = np.abs(scene.granules.velocity[1:])
     thrown = float(np.max(others, initial=0.0)) / scene.units.velocity
     flight = max(2.0 * min(1.0, scene.momentum_ratio), thrown) * scene.end_time / scene.units.time
-    # Largest force and smallest peak expected with terms [units of force] (chosen): a wall doubles
-    # a wave
+    # Largest force and smallest peak expected beyond a uniform chain [units of force] (chosen): a
+    # wall doubles a wave
     return (
         _overlap(3.0 * float(stiffness[first] / np.min(stiffness))),
         _overlap(0.05 * float(stiffness[first] / np.max(stiffness))),

@@ -99,7 +99,7 @@ def materials_of(code: str, granules: Granules) -> tuple[list[Material], list[in
 
 
 def numbered(kinds: Sequence[_Kind]) -> tuple[list[_Kind], list[int]]:
-    """Kinds of granules in their order along the chain, and each granule's number of its kind."""
+    """Return the kinds of granules, in order along the chain, and each granule's kind number."""
     numbers = {kind: k for k, kind in enumerate(dict.fromkeys(kinds), start=1)}
     return list(numbers), [numbers[kind] for kind in kinds]
 

@@ -275,7 +275,7 @@ def cost(d: float, w: float, at_change: Any, late: float, ending: bool, i: int, 
 
 @compiled
 def lateness(d: float, w: float, bend: float, i: int, c: Any) -> float:
-    """How far in time contact i is from the change of its mode, before or after.
+    """Return the time between now and the change of mode of contact i, past or future.
 
     The mode changes where the overlap is 0, or the force if a damper can make it 0 before that.
     """
@@ -444,7 +444,7 @@ def observe(watch: Any, start: Any, end: Any, span: Any, hi: int, c: Any, chosen
 def _is_monotone(rise: float, end_rise: float, grown: float) -> bool:
     """Whether the cubic with these rates, times the step, and this growth has no extremum.
 
-    It tells where an overlap is too small for its digits to give a force within the step.
+    It shows where an overlap is too small for its digits to give a force within the step.
     """
     if rise >= 0.0 and end_rise >= 0.0:
         return max(rise, end_rise) <= 3.0 * grown

@@ -327,7 +327,7 @@ class Interpreter:
             else:
                 raise RunFailed(f"run has no keyword {word}")
         if steps > _MOST_STEPS:
-            raise RunFailed(f"run {values[0]} is no number of steps: at most {_MOST_STEPS}")
+            raise RunFailed(f"run {values[0]} is not a number of steps: at most {_MOST_STEPS}")
         if every is None or every[0] == 0:
             self._take(steps, kept, index)
             return
@@ -378,7 +378,7 @@ def _need(values: list[str], least: int, name: str) -> None:
 def contents_of(probes: Probes, seen: Watched, applied: Applied, backwards: bool) -> FoundDeck:
     """Return the ``FoundDeck`` from probes, the watched run, and applied forces.
 
-    ``backwards`` tells whether granule 1 lies at the largest coordinate.
+    ``backwards`` is true if granule 1 lies at the largest coordinate.
     """
     granules = probes.granules
     sign = -1.0 if backwards else 1.0
@@ -638,7 +638,7 @@ class Reader:
 
 @dataclass(frozen=True, eq=False)
 class Look:
-    """What LAMMPS finds in a deck: all of it for a chain, otherwise what stands before a run."""
+    """Contents of a deck as LAMMPS reads it: the whole deck of a chain, else up to the run."""
 
     commands: tuple[Executed, ...]  # in the order in which they were carried out
     stopped: str  # why LAMMPS stopped after them; empty where it did not
@@ -702,7 +702,7 @@ class Source:
 
 @dataclass(frozen=True)
 class Start:
-    """How LAMMPS is started in a separate folder: the Python module, or a binary."""
+    """Way to start LAMMPS in a separate folder: the Python module, or a binary."""
 
     folder: Path
     program: Program | None
@@ -823,7 +823,7 @@ def without_motion(
 
 
 def looked(start: Start, path: Path, folder: Path, variables: Mapping[str, str]) -> Look:
-    """As ``look``, in this process."""
+    """Do the work of ``look`` in this process."""
     source = Source(str(path), folder / path, folder, variables)
     with start.session() as lammps:
         first = First(lammps, Sizes())

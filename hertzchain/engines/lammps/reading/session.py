@@ -1,7 +1,8 @@
 """A LAMMPS, its Python module or a program, that gets the commands of a deck one by one.
 
-It is queried between commands, and forces are read while it runs: a fix of ours before all fixes of
-the deck reads the forces of contacts alone; one after each fix reads the force that this has added.
+It is queried between commands, and forces are read while it runs. A fix that hertzchain puts before
+all fixes of the deck reads the contact forces alone; one after each fix reads the force that this
+fix has added.
 """
 
 from __future__ import annotations
@@ -95,7 +96,7 @@ class DeckFix:
 
     @property
     def moves(self) -> bool:
-        """Whether it moves granules."""
+        """Whether the fix moves granules."""
         return self.style in MOVES
 
     @property
@@ -114,10 +115,10 @@ class Session(ABC):
     are files in a folder.
 
     ``fixes`` are all that the deck has made, by the index of their command; ``alive`` those that
-    act now, by their id. ``hooks`` are the fixes of ours between them, with the index of the deck's
-    command before each, None for the first. ``stride`` is the number of steps between two readings;
-    the function that takes readings may change it. ``twice`` also detects a force that comes and
-    goes in step with the readings.
+    act now, by their id. ``hooks`` are the fixes that hertzchain adds between them, with the index
+    of the deck's command before each, None for the first. ``stride`` is the number of steps between
+    two readings; the function that takes readings may change it. ``twice`` also detects a force
+    that comes and goes in step with the readings.
     """
 
     hook_style: str
@@ -539,7 +540,7 @@ class Piped(Session):
 def _failure(said: str, status: int) -> HertzchainError:
     """Return why LAMMPS has ended, from its last output."""
     if status in _KILLED_STATUSES:
-        return BackendMissing(str(dialect.was_killed()))  # which is no fault of the deck
+        return BackendMissing(str(dialect.was_killed()))  # which is not a fault of the deck
     if dialect.is_out_of_memory(said):
         return dialect.not_enough_memory()
     lines = [line.strip() for line in said.splitlines() if line.strip()]
