@@ -126,7 +126,7 @@ def commands_of(deck: FoundDeck, role: str) -> list[int]:
 def place(deck: FoundDeck, role: str, at: int | None = None) -> Place | None:
     """Return the last line that can set a number of a role, or that of a command, if it is known.
 
-    For a missing command it is that of the first run; None if there is none either.
+    For a missing command it is the place of the first run; None without a run.
     """
     commands, mains = deck.commands, commands_of(deck, role)
     # In styles of the family gran, pair_coeff * * has no numbers.
@@ -381,7 +381,7 @@ class Case:
         return "the near wall" if wall.all() else f"the near wall and {granules}"
 
     def is_wall(self, indices: Indices) -> bool:
-        """Whether a contact is that of the wall."""
+        """Whether a contact is a wall's."""
         return self.scene.wall is not None and int(indices[0]) + 1 == self.near.size
 
     def reduced_modulus(self, k: int) -> float:

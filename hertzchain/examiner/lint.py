@@ -131,7 +131,7 @@ _NO_CHAIN = (
     ("atom_style", "bpm/.*|bond|molecular|full", "granules are bonded"),
     ("atom_style", "(?!sphere|granular|hybrid|.*[$]).+", "its atoms are not spheres"),
 )
-"""Signs of a deck that is certainly no chain: a command, its style, and the words for it."""
+"""Signs of a deck that is certainly not a chain: a command, its style, and its description."""
 
 _HARDLY_A_CHAIN = (
     ("fix", "wall/gran/region|mesh/.*|wall/region", "granules lie in a vessel"),
@@ -194,7 +194,7 @@ class Deck:
 
     @cached_property
     def is_partial(self) -> bool:
-        """Whether parts of it are elsewhere: files that are not known, restarts, programs."""
+        """Whether parts of the deck are elsewhere: unknown files, restarts, programs."""
         return bool(self.unread or self.named("python", "plugin"))
 
     @cached_property
@@ -316,7 +316,7 @@ class Deck:
 
     @cached_property
     def is_other(self) -> tuple[Command, str] | None:
-        """The command that excludes a chain, wherever granules lie, and the words for it."""
+        """The command that excludes a chain wherever granules lie, and its description."""
         return self._first_of(_NO_CHAIN)
 
     def _first_of(self, signs: Sequence[tuple[str, str, str]]) -> tuple[Command, str] | None:

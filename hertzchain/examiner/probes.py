@@ -68,7 +68,7 @@ _SAME_UNIT = 0.1  # relative: lengths in other units are off by 100 or more (cho
 
 @dataclass(frozen=True, eq=False)
 class Numbers:
-    """The numbers that a probe compares, of shape (n,), and what is known of a difference.
+    """The numbers that a probe compares, of shape (n,), and explanations of a difference.
 
     Functions get the index of a number, or the indices of those that differ alike.
     """

@@ -87,7 +87,7 @@ class Tie:
     def number(self, values: Mapping[str, Any]) -> Any:
         """Return the number of the formula; it need not be finite.
 
-        ``values`` has those of the keys, numbers or arrays of shape (scenes,).
+        ``values`` has the values of the keys, numbers or arrays of shape (scenes,).
         """
         text, said = _VALUE.sub("_()", self.formula).strip(), f"{self.key}={self.formula[:40]}"
         is_short = len(self.formula) <= _MOST_FORMULA_CHARS and "_(" not in self.formula

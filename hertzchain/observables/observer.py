@@ -355,7 +355,7 @@ def signals_of(
     """Return the signals of all contacts, then of gauges in granules, with their ``DampedLaw``.
 
     ``static`` is the static force of each contact, 0 by default; ``pairs`` are the places of both
-    contacts of each gauge, -1 for none. All is in the units of the law.
+    contacts of each gauge; -1: it has one only. All is in the units of the law.
     """
     contacts = law.stiffness.size
     static = np.zeros(contacts) if static is None else static

@@ -140,7 +140,7 @@ def transition_granules(
 def transitions(
     peak_force: FloatArray, has_peaked: NDArray[np.bool_], threshold: float | FloatArray = STEADY
 ) -> NDArray[np.intp]:
-    """Return p of chains of one length, 0 for none, shape (scenes,); peaks have (scenes, N - 1)."""
+    """Return p of chains of one length, 0 if unknown; ``peak_force`` has shape (scenes, N - 1)."""
     scenes, contacts = peak_force.shape
     last = contacts - 1  # N - 2
     if last < SMALLEST:
@@ -297,7 +297,7 @@ def is_near_end(scene: Scene, if_slow: int = _NEAR_END_IF_SLOW) -> NDArray[np.bo
 def runs_forwards(arrival: FloatArray, contacts: Sequence[int]) -> bool:
     """Whether one wave runs from the first to the last of some contacts, counted from 0.
 
-    Two waves reach a contact between these before the first of them, or after the last.
+    For contacts between these, two waves arrive before the first of them or after the last.
     """
     between = arrival[min(contacts) : max(contacts) + 1]
     begin, end = between[0], between[-1]

@@ -117,7 +117,7 @@ def _clean(text: str) -> str:
 
 
 class Failure(NamedTuple):
-    """A failed check: its name, the number found (empty for none), and advice."""
+    """A failed check: its name, the measured number (empty if unknown), and advice."""
 
     name: str
     difference: str

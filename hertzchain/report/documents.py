@@ -457,7 +457,7 @@ def _facts_of_peaks(judgement: Judgement, judged: int, failed: int) -> list[tupl
     if judgement.expected is not None:
         expected = judgement.expected
         off = (
-            f"{expected.interpolated:.1e} off; {expected.sampled:.1e} if only samples are looked at"
+            f"{expected.interpolated:.1e} off; {expected.sampled:.1e} if only samples are compared"
         )
         facts.append((f"velocity Verlet, steps of {expected.dt:.3g} s", off))
     return facts

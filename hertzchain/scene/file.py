@@ -225,7 +225,7 @@ def full_names(name: object, names: Iterable[str], preferred: Collection[str] = 
 
 
 def key_named(name: str) -> Key | None:
-    """Return the key of a name, with or without its section, also of a segment; None for none.
+    """Return the key of a name, with or without its section, also of a segment; None if unknown.
 
     The same name has the same unit in every section.
     """
@@ -236,7 +236,7 @@ def key_named(name: str) -> Key | None:
 
 
 def sections_of(scene: Any, defaults: bool = True) -> dict[str, Any]:
-    """A scene as its file has it, in SI: a JSON object for each section, each a key for a value.
+    """A scene as in its file, in SI: a JSON object for each section, with a value for each key.
 
     Values that are not given are left out. Tables stand in the sections by their columns: those of
     a pulse or a piston as ``time_s`` and ``force_N`` or ``displacement_m``, those of unlike

@@ -143,7 +143,7 @@ FOUND_COLUMNS = (
     Column("overlap_ratio", "largest overlap / R", read=attrgetter("overlap_ratio")),
     Column("error_estimate", "error estimate of the peaks, relative",
            read=attrgetter("error_estimate")),
-    Column("wanted_error", "error of what accuracy was asked of, relative", of="terms",
+    Column("wanted_error", "relative error of the wanted quantity", of="terms",
            read=attrgetter("wanted_error")),
     Column("force_evaluations", "force evaluations", "int", read=attrgetter("force_evaluations")),
 )  # fmt: skip

@@ -1,4 +1,4 @@
-"""Sweeps: many scenes measured into a folder of tables, and what is in it."""
+"""Sweeps: the results of many scenes in a folder of tables, and access to them."""
 
 from __future__ import annotations
 

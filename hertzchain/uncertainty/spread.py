@@ -387,7 +387,7 @@ def names_of(run: Result) -> tuple[tuple[str, str], ...]:
 
 
 def values_of(run: Result) -> FloatArray:
-    """Return peaks and first pulses of contacts, gauges, the wave, in SI units; NaN for none."""
+    """Return peaks and first pulses of contacts, gauges, the wave, in SI units; NaN if missing."""
     first, wave = run.first_columns, run.usual_wave
     of_contacts = np.array([run.peak_force, *(first[name] for name in _OF_PULSE)])
     of_gauges = [

@@ -73,7 +73,7 @@ class Comparison(ShownVerdict):
 
     @property
     def lammps(self) -> Result | None:
-        """Result of LAMMPS; None where it was not asked for or did not run."""
+        """Result of LAMMPS; None if it was not requested or did not run."""
         return self.results.get("lammps")
 
     @property

@@ -199,7 +199,7 @@ _PLACES, _FORCES = (("x", "y", "z"), ("xu", "yu", "zu")), (("fx", "fy", "fz"),)
 
 
 def is_dump(text: str) -> bool:
-    """Return whether the text of a file is that of a dump of LAMMPS."""
+    """Return whether the text of a file is a LAMMPS dump."""
     return text[:1000].lstrip()[:5] == "ITEM:"
 
 

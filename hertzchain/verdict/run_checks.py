@@ -182,7 +182,7 @@ SAME_STEPS_REFUSED = Kind("same steps")
 
 MOMENTUM = Kind(
     "momentum [N s]",
-    "do not use this result; what it was pushed with is not the pulse, or it was lost on the way",
+    "do not use this result; the applied momentum is not that of the pulse, or momentum was lost",
 )
 ENERGY = Kind(
     "energy [J]",

@@ -322,9 +322,7 @@ class Observation:
         """
         wanted = count_readings(self.legs, strides)
         if len(arrays) != wanted:
-            raise RunFailed(
-                f"{self.code} left {len(arrays)} readings, not the {wanted} it was asked for"
-            )
+            raise RunFailed(f"{self.code} wrote {len(arrays)} readings in place of {wanted}")
         self.begin(at_rest)
         at = 0
         for number, (leg, stride) in enumerate(zip(self.legs, strides, strict=True)):

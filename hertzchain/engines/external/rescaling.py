@@ -141,9 +141,10 @@ def round_off(
 ) -> float:
     """Upper bound of the relative error of the peaks by absolute coordinates.
 
-    The arguments are the peak forces of all contacts [N], a wall's the last, and the displacements
-    at the end of the true scene [m], shape (granules,). The smallest judged peak loses most. The
-    last granule of a plain scene is only pushed forwards, so that it moves farthest.
+    The arguments are the peak forces of all contacts [N], with the wall's contact last, and the
+    displacements at the end of the true scene [m], shape (granules,). The smallest judged peak
+    loses most. The last granule of a plain scene is only pushed forwards, so that it moves
+    farthest.
     """
     judged = judged_contacts(peak_force)
     overlaps = hertz.overlap_of(scene.granules.stiffness, peak_force)
@@ -227,7 +228,7 @@ def _lowest_peak(scene: Scene) -> float:
 
 
 def _flight(scene: Scene) -> float:
-    """Estimated way of the last granule: with the chain, and ahead of it after the wave."""
+    """Estimate the displacement of the last granule, with the chain and ahead of it."""
     units, end = scene.units, scene.end_time
     chain = math.fsum(
         ramp.impulse * (end - (ramp.start + ramp.end) / 2)

@@ -86,7 +86,7 @@ def refuse_long(what: str, scene: Scene) -> None:
 def materials_of(code: str, granules: Granules) -> tuple[list[Material], list[int]]:
     """Materials in their order along the chain, and for each granule the number of its material.
 
-    RunFailed for more of them than a deck of the code can have.
+    RunFailed if there are more kinds than a deck of the code can have.
     """
     columns = granules.young_modulus.tolist(), granules.poisson_ratio.tolist()
     materials, numbers = numbered(list(zip(*columns, strict=True)))

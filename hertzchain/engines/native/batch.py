@@ -574,7 +574,7 @@ def _in_parts(
 ) -> None:  # fmt: skip
     """Call a function of a slice of scenes and ``control`` of a kernel, on all cores.
 
-    ``looks`` is the number of checks after which a run stops by itself, 0 for none.
+    ``looks`` is the number of checks after which a run stops by itself; 0: it does not stop.
     """
     parts = _parts(scenes, cores)
     control = np.tile([looks, 0.0, 0.0], (len(parts), 1))

@@ -255,7 +255,8 @@ def in_wrong_mode(at: Any, on: Any, i: int, idle: float, c: Any) -> bool:
 def cost(d: float, w: float, at_change: Any, late: float, ending: bool, i: int, c: Any) -> float:
     """Error of velocity if contact i keeps its mode for a time ``late`` too long.
 
-    ``at_change`` is overlap and closing speed when it should have changed; d and w are those now.
+    ``at_change`` has overlap and closing speed when the mode should have changed; d and w are the
+    current ones.
     """
     if not ending:
         if at_change[0] > 0.0 and at_change[1] < 0.0:  # it opens, slowly enough to press again

@@ -310,8 +310,8 @@ def fly_on(u: Any, v: Any, since: Any, time: float, lo: int, hi: int) -> None:
 def gather(c: Any, inside: Any, into: Any, chosen: Any) -> int:
     """Copy the granules of the contacts ``inside``; return their number.
 
-    ``chosen`` is filled in with their numbers. Where the next granule is not one of them, or is
-    that of another cluster, there is no contact.
+    ``chosen`` is filled in with their numbers. Where the next granule is not one of them, or
+    belongs to another cluster, there is no contact.
     """
     many, last = 0, False
     for i in range(c.inverse_mass.size):

@@ -100,7 +100,7 @@ class Motion(NamedTuple):
 class Span(NamedTuple):
     """A step in time: its leg, shape (8,), begin, end to the last digit, and length.
 
-    ``off`` is that of ``motion_of_granule``.
+    For ``off`` see ``motion_of_granule``.
     """
 
     leg: FloatArray

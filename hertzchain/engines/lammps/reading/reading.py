@@ -98,7 +98,7 @@ class Interpreter:
     The deck has a name, as the user gives it, and a path. Variables replace those of style
     ``index``, as ``-var`` does. The player gives the commands to a LAMMPS that has no box. Files
     are searched in the working folder first, by default only in that of the deck. ``tell`` is
-    called with the place of each command before it is carried out.
+    called with the place of each command before the command is carried out.
     """
 
     def __init__(
@@ -152,7 +152,7 @@ class Interpreter:
         return bool(self._files) and self._rules.is_outside(self._files[-1].path)
 
     def _unset_in(self, said: str) -> str:
-        """Return what to do about a variable in an error that has no value; empty for none."""
+        """Return advice on a variable without a value in an error message; empty without one."""
         for name, why in self._rules.unset.items():
             if re.search(rf"({_BEFORE_NAMES}){re.escape(name)}\b", said):
                 return f"variable {name} was left out ({why}): give its value in the deck instead"
@@ -688,8 +688,8 @@ def look(path: Path, variables: Mapping[str, str], time_limit: float) -> Look:
 class Source:
     """A deck: its name, where it is, the working folder, values of variables, and edits.
 
-    If it ``tells``, each place in the deck is written to standard error, where it remains if the
-    process crashes.
+    With ``tells`` each place in the deck is written to stderr, where it remains if the process
+    crashes.
     """
 
     name: str

@@ -50,7 +50,7 @@ class Readings:
 
     ``ids`` is of shape (readings, granules), ``position``, ``velocity`` and ``torque`` (readings,
     granules, 3), ``force`` (readings, hooks, granules, 3): the sum of forces up to each hook. With
-    ``half``, velocities are those of the half step before.
+    ``half``, velocities are from half a step before.
     """
 
     step: NDArray[np.int64]
@@ -101,7 +101,7 @@ class DeckFix:
 
     @property
     def is_wall(self) -> bool:
-        """Whether its force is that of a wall."""
+        """Whether the fix is a wall."""
         return self.style.startswith("wall/")
 
 

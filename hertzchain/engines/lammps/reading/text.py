@@ -304,7 +304,7 @@ _COMPRESSED = (".gz", ".bz2", ".zst", ".xz", ".lzma", ".lz4", ".Z")
 """Ends of names of files that LAMMPS reads through a shell."""
 
 Given = tuple[list[str] | None, str | None]
-"""Words of the command that LAMMPS is given, None for none; and why it is another one."""
+"""Words of the command for LAMMPS, or None; and the reason for a change."""
 
 
 @dataclass
@@ -467,7 +467,7 @@ def _create_atoms(words: list[str]) -> Given:
 
 def _timer(words: list[str]) -> Given:
     if "timeout" in words:
-        return None, "the time limit is that of the command line"
+        return None, "the time limit of the command line holds"
     return words, None
 
 
