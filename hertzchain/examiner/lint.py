@@ -405,9 +405,9 @@ TRAPS = (
          f" ({dialect.WALL_IS_NAN}): write wall/gran granular hertz K 0.0 {dialect.NO_FRICTION}"
          " with K = 4/3 E*", of_any=True),
     Trap("wall", "warning", "fix", _FIX + r"wall/gran\S* granular hertz/material ",
-         "this wall is an elastic half-space of its material, no rigid wall, and LAMMPS of 2021 and"
-         " 2022 makes it 1 + nu times too stiff: give the stiffness itself, granular hertz K with"
-         " K = 4/3 E*"),
+         "this wall is an elastic half-space of its material, not a rigid wall, and LAMMPS of 2021"
+         " and 2022 makes it 1 + nu times too stiff: give the stiffness itself, granular hertz K"
+         " with K = 4/3 E*"),
 )  # fmt: skip
 
 

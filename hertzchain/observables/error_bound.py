@@ -131,7 +131,7 @@ class Peaks:
     passed
         Whether the force has fallen since.
     first
-        First pulses, where they were wanted.
+        First pulses, if they were wanted.
     """
 
     force: Any

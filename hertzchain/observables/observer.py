@@ -570,7 +570,7 @@ def _cubic(s: float, f0: float, f1: float, rise0: float, rise1: float) -> float:
 def _reached(w: Watch, k: int, level: float) -> float:
     """When a signal first reached a level, at least half of its largest force so far.
 
-    NaN where pieces that low had to be given up.
+    NaN where such low pieces had to be dropped.
     """
     s = w.signals[k]
     for n in range(s.pieces):

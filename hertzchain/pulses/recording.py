@@ -283,7 +283,7 @@ def _names_and_units(
 def _with_times(
     columns: Columns, begin: int, settings: Mapping[str, Sequence[str]], counts: bool
 ) -> Columns:
-    """Return the columns with one of times more, of samples that are equally far apart.
+    """Return the columns with a further one, the times of equally spaced samples.
 
     ``counts`` is whether the first column of numbers counts the samples.
     """

@@ -81,8 +81,8 @@ def _sections(document: Document) -> list[Section]:
         sections.append(Section("Checks", checks, [only]))
     if (answers := document.answers) is not None:
         of_run = (
-            "The number of steps is of the run itself; time is of the whole call, with the runs that"
-            " find its step and its error."
+            "The number of steps is of the run itself; time is of the whole call, with the runs"
+            " that find its step and its error."
         )
         said = [" ".join([of_run, *(f"{note}." for note in document.notes)])]
         if "formulas" in answers.header:

@@ -117,7 +117,7 @@ def _refuse_lonely(scene: Any) -> None:
     has_wall = scene.wall is not None or scene.near_wall is not None
     allowed = "must be at least 2 without a wall: a single granule needs [wall] or [near_wall]"
     require(has_wall, "chain.granules", 1, allowed)
-    allowed = "must be at least 2 with a piston, which is granule 1 and needs one that it pushes"
+    allowed = "must be at least 2 with a piston, which is granule 1 and pushes granule 2"
     require(not scene.shock.is_driven, "chain.granules", 1, allowed)
     allowed = "must be at least 2 under a load with a striker, or give striker.loaded = true"
     is_missing = scene.precompression is not None and scene.shock.loaded_granule > 0

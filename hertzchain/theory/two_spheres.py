@@ -34,7 +34,7 @@ class Parting:
 
 
 def parting(scene: Scene) -> Parting | None:
-    """Return how two spheres like granule 2 part; None in a scene without damping.
+    """Return the rebound of two spheres like granule 2; None in a scene without damping.
 
     They close with the velocity of the striker, the largest speed of the piston or, where a force
     pushes the chain, the largest velocity of a granule in a solitary wave of the largest applied

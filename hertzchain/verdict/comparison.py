@@ -229,7 +229,7 @@ def _compared(
             if isinstance(problem, OverlapTooLarge | TooExpensive):
                 continue
         if isinstance(engine, Lammps):
-            report_progress("LAMMPS: what it makes of the deck")
+            report_progress("LAMMPS: reading the deck back")
             checks += examined(scene, engine)
         if name in results:
             if results[name].scheme == "velocity-verlet":

@@ -414,8 +414,8 @@ def balance_checks(result: Result) -> list[Check]:
 def _impulse_error(result: Result) -> float:
     """Upper bound of the error of velocity Verlet's impulse on the ramps [N s].
 
-    It is that of the trapezoidal rule, dt^2/12 times the change of the rate over a ramp (Euler and
-    Maclaurin), with a tenth for higher orders; 0 on a ramp whose two halves are alike.
+    The error is that of the trapezoidal rule: dt^2/12 times the change of the rate over a ramp
+    (Euler and Maclaurin), plus a tenth for higher orders; 0 on a ramp whose two halves are alike.
     """
     changes = (
         float(ramp.force_rate(ramp.end) - ramp.force_rate(ramp.start))

@@ -61,7 +61,7 @@ class Contender:
 def contenders(scene: Scene) -> tuple[Contender, ...]:
     """Return all contenders of a scene, in the order of the report.
 
-    A further contender is an entry here, a further way is a name in ``WAYS`` and ``report.style``.
+    A new contender needs an entry here; a new way needs a name in ``WAYS`` and in ``report.style``.
     """
     steps = {name: _halvings(*ends) for name, ends in _STEPS.items()}
     steps["reference"] = steps["reference"][::2]

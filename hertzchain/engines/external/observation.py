@@ -242,9 +242,9 @@ def refuse_large(legs: Sequence[Leg], strides: Sequence[int], granules: int) -> 
 class Observation:
     """Observes a run of the scene that a code was given, in the units of the true scene.
 
-    Scene and legs are the true ones; ``made`` relates them to the similar ones that the code was
-    given; ``times`` are those of a history [s], if one is wanted; ``code`` is the name in messages;
-    ``first``: first pulses are wanted.
+    Scene and legs are the true ones; ``made`` relates them to the similar scene that the code runs;
+    ``times`` are the instants of a history [s], if it is wanted; ``code`` is the name in messages;
+    with ``first``, first pulses are wanted.
     """
 
     def __init__(

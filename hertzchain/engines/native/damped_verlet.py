@@ -60,9 +60,9 @@ def samples_of(
 ) -> Iterator[tuple[Leg, Samples]]:  # fmt: skip
     """The samples of a run, block by block, each with its leg, in natural units.
 
-    The first sample of a block is the last of the block before. They are ``every`` steps apart, and
-    at the ends of legs; by default as in readings of other codes. Forces are computed with the
-    velocities of the samples. The other arguments are those of ``simulate_damped_verlet``.
+    The first sample of a block is the last sample of the block before. They are ``every`` steps
+    apart, and at the ends of legs; by default as in readings of other codes. Forces are computed
+    with the velocities of the samples. The other arguments are those of ``simulate_damped_verlet``.
     """
     from hertzchain.engines.native.damped_verlet_kernel import Walk
 

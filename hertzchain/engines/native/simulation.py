@@ -164,7 +164,7 @@ class Simulation:
 
     @classmethod
     def of(cls, outcome: Outcome, displacement: Any, velocity: Any, peaks: Peaks) -> Simulation:
-        """Return what a compiled run found."""
+        """Return the results of a compiled run."""
         numbers = outcome._asdict()
         del numbers["granule_evaluations"]
         return cls(displacement, velocity, peaks, **numbers)

@@ -148,7 +148,7 @@ class Interpreter:
 
     @property
     def _is_outside(self) -> bool:
-        """Whether the file that is read is not in the folder of the deck."""
+        """Whether the current file is outside the folder of the deck."""
         return bool(self._files) and self._rules.is_outside(self._files[-1].path)
 
     def _unset_in(self, said: str) -> str:

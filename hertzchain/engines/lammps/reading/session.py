@@ -134,7 +134,7 @@ class Session(ABC):
 
     @abstractmethod
     def give(self, text: str) -> None:
-        """Give it a command, which is one line."""
+        """Pass a command, which is one line, to LAMMPS."""
 
     @abstractmethod
     def put(self, arrays: Mapping[str, FloatArray]) -> None:
@@ -301,7 +301,7 @@ class Module(Session):
         self._reading = self._second = False
 
     def give(self, text: str) -> None:
-        """Give it a command."""
+        """Pass a command to LAMMPS."""
         one_command(self._lammps, text)
 
     def put(self, arrays: Mapping[str, FloatArray]) -> None:
@@ -486,7 +486,7 @@ class Piped(Session):
             self._lines.close()
 
     def give(self, *commands: str) -> None:
-        """Give it commands, each of which is one line."""
+        """Pass commands to LAMMPS, each of which is one line."""
         process = self._process
         assert process.stdin is not None
         said = ""

@@ -615,7 +615,7 @@ def nothing_applied(granules: Granules) -> Applied:
 
 
 def _needed(force: FloatArray) -> NDArray[np.bool_]:
-    """Tell which readings are not within a stretch of equal force, shape (readings,)."""
+    """Return which readings are outside stretches of equal force, shape (readings,)."""
     changes = np.any(np.diff(force, axis=0) != 0, axis=1)
     kept = np.ones(len(force), bool)
     kept[1:-1] = changes[:-1] | changes[1:]
