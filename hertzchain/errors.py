@@ -16,7 +16,7 @@ class HertzchainError(Exception):
 
 
 class SceneError(HertzchainError, ValueError):
-    """A scene, or the file it came from, asks for something impossible.
+    """A scene, or its file, requires something impossible.
 
     Parameters
     ----------
@@ -75,7 +75,7 @@ class TooExpensive(RunFailed):
 
 
 class OutputError(HertzchainError):
-    """A result could not be written where it was asked for."""
+    """A result could not be written to the given place."""
 
 
 POSITIVE = "must be a finite number above 0"
@@ -89,7 +89,7 @@ def require(condition: bool, key: str, value: object, allowed: str) -> None:
 
 
 def require_one(**given: object) -> None:
-    """Raise a SceneError unless exactly one of some keys is given; None stands for none."""
+    """Raise a SceneError unless exactly one of some keys is given; None means not given."""
     there = [value for value in given.values() if value is not None]
     allowed = "both are given" if there else "missing"
     key = (" and " if there else " or ").join(given)

@@ -1,4 +1,4 @@
-"""How objects and long work show themselves: as text, as a picture, as a page, as a line.
+"""Display of objects and of progress: as text, as a picture, as a page, as a line.
 
 Texts, pictures and pages are those of ``report``, which stands above the rooms of these objects:
 the package gives it to ``Shown``, and it is loaded when an object is shown.

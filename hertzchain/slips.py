@@ -1,4 +1,4 @@
-"""The table of slips: how a mistake is made, how it is tried on wrong peaks, and its words.
+"""The table of slips: how a mistake changes a scene, how peaks are tested for it, and its name.
 
 A slip in a number is a factor in ``slips_of``; ``FAMILIES`` try whole mistakes. Mistakes with the
 same peaks are named together: a stiffer chain, a lighter one and a longer pulse are similar.

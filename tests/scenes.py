@@ -40,7 +40,7 @@ PLAIN = {
     "table": hc.Scene(
         hc.Chain(6, **STEEL), hc.PulseTable((1e-5, 3e-5, 4e-5, 7e-5), (20.0, 100.0, 60.0, 0.0))
     ),
-    # A softer chain is run instead; radius, density and Poisson's ratio are no steel's.
+    # A softer chain is run instead; radius, density and Poisson's ratio are not those of steel.
     "weak": hc.Scene(
         hc.Chain(5, 0.02, 3e9, 0.45, 1200.0), hc.Pulse("cosine", 1e-4, 3.0, momentum_ratio=0.6)
     ),

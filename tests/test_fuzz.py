@@ -183,7 +183,7 @@ def test_much_nonsense_is_refused_in_a_sentence(tmp_path: Path) -> None:
     assert refused > 50_000
 
 
-# Texts that made a reader fail, and paths that are no files
+# Texts that made a reader fail, and paths that are not files
 
 
 @pytest.mark.parametrize(

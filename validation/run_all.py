@@ -148,7 +148,7 @@ def _name(entry: Row) -> str:
 
 
 def _times(entry: Row) -> float | None:
-    """The difference in units of the tolerance; None where that is no number."""
+    """The difference in units of the tolerance; None where that is not a number."""
     off = abs(entry.measured - entry.expected)
     return off / entry.tolerance if math.isfinite(off) and entry.tolerance > 0 else None
 

@@ -99,11 +99,13 @@ def _kernels() -> Finding:
     folder = elastic.march.stats.cache_path
     if folder is None:
         text = (
-            "compiled again in every process, 6 s, as no folder to keep them can be written; name"
-            " one in the environment variable NUMBA_CACHE_DIR"
+            "compiled again in every process, up to a minute, as no folder for them can be written;"
+            " name one in the environment variable NUMBA_CACHE_DIR"
         )
         return Finding("kernels", False, text, needed=False)
-    return Finding("kernels", True, f"kept in {folder}; the first run compiles them, 6 s")
+    return Finding(
+        "kernels", True, f"kept in {folder}; the first runs compile them, up to a minute"
+    )
 
 
 def _lammps() -> Finding:

@@ -109,7 +109,7 @@ class LammpsOptions:
     ranks: Ranks = None
 
     def parameters(self, runs: bool) -> dict[str, Any]:
-        """Return keywords of ``hertzchain.Lammps``; none, and no option may be given, without it.
+        """Return keywords of ``hertzchain.Lammps``; without LAMMPS, refuse its options.
 
         They are for the module or a named binary.
         """

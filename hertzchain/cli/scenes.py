@@ -57,7 +57,7 @@ def timestep(
 ) -> None:
     """Find the longest time step of LAMMPS for a wanted accuracy.
 
-    The step is that of any velocity Verlet.
+    The step holds for any code that uses velocity Verlet.
     """
     from hertzchain.known.answer import deck_step
 

@@ -76,7 +76,7 @@ class ScenesOptions:
 
     @property
     def varied(self) -> Any:
-        """What varies: values by names, or a table."""
+        """Varied parameters: values by names, or a table."""
         if (self.table is None) == (not self.vary):
             raise HertzchainError("--vary or --table: name what varies by one of the two")
         if self.table is not None:
@@ -143,7 +143,7 @@ def sweep(
 
     if output.suffix.lower() in (".csv", ".parquet"):
         raise HertzchainError(
-            f"-o {output}: is to be a folder, of tables that pandas.read_parquet reads"
+            f"-o {output}: must be a folder; pandas.read_parquet reads the tables in it"
         )
     backends, loaded = measuring.backends, options.load_scene(scene)
     varied, begin = scenes.varied, time.perf_counter()

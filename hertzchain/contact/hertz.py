@@ -2,7 +2,7 @@
 
 K. L. Johnson, Contact Mechanics (1985), 4.2. Arguments are numbers or arrays of one shape, in any
 consistent units; A is ``stiffness``, d ``overlap``. Compiled loops have the law in their own files,
-where Numba's cache sees it, and ``engines/native/equations.py`` has it as Eq. 1 is written.
+where Numba's cache notices changes, and ``engines/native/equations.py`` has it as Eq. 1 is written.
 """
 
 from __future__ import annotations

@@ -65,7 +65,7 @@ def refuse_damping(contact: Contact | None) -> None:
 def types_of(scene: Scene) -> tuple[list[Type], list[int]]:
     """Return the types, the wall's last, and for each granule the number of its type, from 1.
 
-    RunFailed for more of them than a deck can have.
+    RunFailed if there are more than a deck can have.
     """
     each = scene.granules
     materials, kinds = materials_of("LIGGGHTS", each)

@@ -33,7 +33,7 @@ class Simulator(Protocol):
 
 @dataclass(frozen=True)
 class Engine:
-    """Registry entry of an engine: all that the rest of the package knows of it.
+    """Registry entry of an engine: everything that the rest of the package uses.
 
     The factory of one with a ``program`` says how to install it, as ``INSTALL``.
     """

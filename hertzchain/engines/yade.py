@@ -334,7 +334,7 @@ def deck(scene: Scene, legs: Sequence[Leg], about: Sequence[str]) -> str:
     return f'''\
 """{lines}
 
-Run it with: yade -n -x THIS_FILE (whose name has to end in .py, or Yade takes it for no script)
+Run it with: yade -n -x THIS_FILE (its name must end in .py: Yade runs no other scripts)
 """
 
 {motion(scene, legs, strides)}{_wall(scene)}

@@ -71,7 +71,7 @@ def _made(deck: FoundDeck, kind: str) -> list[list[str]]:
 def _on_granule(deck: FoundDeck, granule: int, command: str) -> list[str]:
     """Return a command for a single granule, in which ``{group}`` stands for its group.
 
-    It is a group of the deck; if there is none, the command that makes one is added before.
+    The group is one of the deck's, or a new one, whose command then comes first.
     """
     groups = [words[1:] for words in _made(deck, "group")]
     names, alone = [name for name, *_ in groups], ["id", str(int(deck.ids[granule]))]
@@ -287,7 +287,7 @@ def piston_commands(case: Case) -> list[str] | None:
 def shock_commands(case: Case) -> list[str] | None:
     """Return the variable of the scene's shock and its fix; None for a table of many rows.
 
-    It is empty without a force.
+    The text is empty without a force.
     """
     if not case.scene.ramps:
         return []
@@ -420,7 +420,7 @@ _REMOVED = {
     "wall in motion": "wall in motion", "random": "random", "motion": "integrators",
     "piston": "piston",
 }  # fmt: skip
-"""By the role of a number: the roles of commands whose removal is tried."""
+"""Roles of commands whose removal is tried, by the role of a number."""
 
 
 def _candidates(case: Case, check: DeckCheck) -> list[int]:
@@ -563,7 +563,7 @@ _SETTINGS = {
     "motion": (motion_commands, _movers),
     "piston": (piston_commands, _all_of("piston")),
 }
-"""By the role of a number: the scene's commands that set it, and the commands to remove.
+"""The scene's commands that set a number, and the commands to remove, by the number's role.
 
 The former are None where no command can set it.
 """
@@ -742,7 +742,7 @@ def with_findings(prover: Prover) -> DeckExamination:
 
 
 def _blamed(prover: Prover, check: DeckCheck, lines: Sequence[Correction]) -> DeckCheck:
-    """Return a check with its proven command, at the line that a trial shows to be its cause."""
+    """Return a check with its correction, at the line that a trial has shown to be the cause."""
     at, commands = check.place, prover.first.contents.commands
 
     def place_of(key: tuple[str, int, str]) -> Place | None:

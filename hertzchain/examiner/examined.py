@@ -126,7 +126,7 @@ def commands_of(deck: FoundDeck, role: str) -> list[int]:
 def place(deck: FoundDeck, role: str, at: int | None = None) -> Place | None:
     """Return the last line that can set a number of a role, or that of a command, if it is known.
 
-    For a missing command it is that of the first run; None if there is none either.
+    For a missing command it is the place of the first run; None without a run.
     """
     commands, mains = deck.commands, commands_of(deck, role)
     # In styles of the family gran, pair_coeff * * has no numbers.
@@ -290,7 +290,7 @@ class Case:
     """Data that the checks of a deck share.
 
     ``deck`` is in SI units, ``units`` are those of the deck, ``start`` is when the shock begins in
-    the deck's time, ``peaks`` are those of the reference [N], ``passed`` tells whether its run has
+    the deck's time, ``peaks`` are those of the reference [N], ``passed`` is true if its run has
     passed them, and ``near`` is the largest overlap of each contact in it [m]. In an ``exact`` deck
     only round-off may differ; it is judged before it runs, without peaks. If ``strict``,
     differences that change no peak fail, too.
@@ -313,7 +313,7 @@ class Case:
     strict: bool = False
 
     def least(self, of_others: float) -> float:
-        """Relative difference from which on one counts; smaller in an exact deck."""
+        """Return the smallest relative difference that counts; it is smaller in an exact deck."""
         return EXAMINED if self.exact else of_others
 
     @property
@@ -322,7 +322,7 @@ class Case:
         return _COORDINATE_ROUNDING * length(self.scene)
 
     def rounding(self, k: int, overlap: FloatArray) -> FloatArray:
-        """Relative rounding error of contact forces at overlaps, which are such distances."""
+        """Return the relative rounding error of contact forces, by that of such distances."""
         radius = self.scene.granules.radius
         reach = length(self.scene) if k + 1 == radius.size else radius[k] + radius[k + 1]
         return np.asarray(np.maximum(self.least(ROUND_OFF), _COORDINATE_ROUNDING * reach / overlap))
@@ -381,7 +381,7 @@ class Case:
         return "the near wall" if wall.all() else f"the near wall and {granules}"
 
     def is_wall(self, indices: Indices) -> bool:
-        """Whether a contact is that of the wall."""
+        """Whether a contact is a wall's."""
         return self.scene.wall is not None and int(indices[0]) + 1 == self.near.size
 
     def reduced_modulus(self, k: int) -> float:
@@ -391,14 +391,14 @@ class Case:
 
 
 def values(measured: float, expected: float, unit: str) -> str:
-    """Two numbers in words, with enough digits to see their difference."""
+    """Two numbers in words, with enough digits to show their difference."""
     number, wanted = apart(measured, expected)
     end = f" {unit}" if unit else ""
     return f"is {number}{end}, the scene has {wanted}{end}"
 
 
 def groups(relative: FloatArray, room: FloatArray | float) -> list[Indices]:
-    """Indices of numbers that differ by the same, the largest difference first.
+    """Indices of numbers with the same difference, the largest difference first.
 
     ``relative`` is the difference of each number; those of round-off, ``room``, are left out.
     """

@@ -240,12 +240,12 @@ def _no_chain(
         kind = f"lie in {len(rows)} rows of {each[0]}, not in one"
     check = DeckCheck(
         "chain", "", None, None, None, False, True,
-        f"the deck is no chain: its {size} granules {kind}",
-        "other numbers and the run of what is no chain are not looked at: hertzchain lint has rules"
+        f"the deck is not a chain: its {size} granules {kind}",
+        "its other numbers and its run are not examined: hertzchain lint has rules"
         " for any deck", place(contents, "granules"),
     )  # fmt: skip
     peaks = DeckCheck("peaks", "N", None, None, None, False, True, "the deck was not run",
-                      "it is no chain", check.place)  # fmt: skip
+                      "it is not a chain", check.place)  # fmt: skip
     truth = deadline.spend(lambda left: Native("reference", time_limit=left).run(scene))
     judged = np.zeros(truth.peak_force.size, bool)
     return DeckExamination(

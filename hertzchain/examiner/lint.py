@@ -129,16 +129,16 @@ _NO_CHAIN = (
     ("fix", "rigid.*|multisphere.*|poems", "granules are rigid bodies of several spheres"),
     ("bond_style", "(?!none).+", "granules are bonded"),
     ("atom_style", "bpm/.*|bond|molecular|full", "granules are bonded"),
-    ("atom_style", "(?!sphere|granular|hybrid|.*[$]).+", "its atoms are no spheres"),
+    ("atom_style", "(?!sphere|granular|hybrid|.*[$]).+", "its atoms are not spheres"),
 )
-"""Signs of a deck that is certainly no chain: a command, its style, and the words for it."""
+"""Signs of a deck that is certainly not a chain: a command, its style, and its description."""
 
 _HARDLY_A_CHAIN = (
     ("fix", "wall/gran/region|mesh/.*|wall/region", "granules lie in a vessel"),
     ("fix", "freeze", "granules are frozen"),
     ("dimension", "2", "it is two-dimensional"),
 )
-"""Signs of a deck that is no chain, unless its granules are known to lie in one row."""
+"""Signs of a deck that is not a chain, unless its granules are known to lie in one row."""
 
 _OF_LIGGGHTS = re.compile("(property/global|particletemplate/|particledistribution/|mesh/).*")
 """Fixes that only LIGGGHTS has."""
@@ -194,7 +194,7 @@ class Deck:
 
     @cached_property
     def is_partial(self) -> bool:
-        """Whether parts of it are elsewhere: files that are not known, restarts, programs."""
+        """Whether parts of the deck are elsewhere: unknown files, restarts, programs."""
         return bool(self.unread or self.named("python", "plugin"))
 
     @cached_property
@@ -224,7 +224,7 @@ class Deck:
 
     @cached_property
     def is_of_liggghts(self) -> bool:
-        """Whether it is a deck of LIGGGHTS, which is like LAMMPS except for the contact laws."""
+        """Whether the deck is one of LIGGGHTS, which is like LAMMPS except for the contact laws."""
         return bool(
             self.named("hard_particles", "coarsegraining")
             or any(style.word(1) == "gran" for style in self.named("pair_style"))
@@ -261,7 +261,7 @@ class Deck:
 
     @cached_property
     def may_run(self) -> bool:
-        """Whether it takes steps, or may: in files or conditions that are not known."""
+        """Whether the deck takes steps, or may: in files or conditions that are not known."""
         is_known = self.look is not None and not self.look.stopped
         unknown = [] if is_known else self.named("if", "include", "jump")
         return bool(self.runs or unknown or self.is_partial)
@@ -316,7 +316,7 @@ class Deck:
 
     @cached_property
     def is_other(self) -> tuple[Command, str] | None:
-        """The command that excludes a chain, wherever granules lie, and the words for it."""
+        """The command that excludes a chain wherever granules lie, and its description."""
         return self._first_of(_NO_CHAIN)
 
     def _first_of(self, signs: Sequence[tuple[str, str, str]]) -> tuple[Command, str] | None:
@@ -360,7 +360,7 @@ class Trap:
     command: str  # name of the command
     pattern: str  # of the beginning of its words, joined by single blanks
     sentence: str  # ``{names}`` stand for the groups of the pattern
-    of_any: bool = False  # whether it also applies to decks that are no chains
+    of_any: bool = False  # whether it also applies to decks that are not chains
 
     def found_in(self, deck: Deck) -> Found:
         """The commands of a deck with this trap; laws of LIGGGHTS have other numbers."""
@@ -405,9 +405,9 @@ TRAPS = (
          f" ({dialect.WALL_IS_NAN}): write wall/gran granular hertz K 0.0 {dialect.NO_FRICTION}"
          " with K = 4/3 E*", of_any=True),
     Trap("wall", "warning", "fix", _FIX + r"wall/gran\S* granular hertz/material ",
-         "this wall is an elastic half-space of its material, no rigid wall, and LAMMPS of 2021 and"
-         " 2022 makes it 1 + nu times too stiff: give the stiffness itself, granular hertz K with"
-         " K = 4/3 E*"),
+         "this wall is an elastic half-space of its material, not a rigid wall, and LAMMPS of 2021"
+         " and 2022 makes it 1 + nu times too stiff: give the stiffness itself, granular hertz K"
+         " with K = 4/3 E*"),
 )  # fmt: skip
 
 
@@ -423,7 +423,7 @@ def not_hertz(deck: Deck) -> Found:
             yield deck.runs[0], "error", text
     elif not (deck.is_granular or deck.is_of_liggghts) and "$" not in style.word(1):
         text = (
-            f"pair_style {style.word(1)} is no contact of spheres: Hertz's law is pair_style"
+            f"pair_style {style.word(1)} is not a contact of spheres: Hertz's law is pair_style"
             f" granular with {_HERTZ}"
         )
         yield style, "error", text
@@ -565,7 +565,7 @@ def unusual_density(deck: Deck) -> Found:
 
 
 def ghost_velocity(deck: Deck) -> Found:
-    """Contact laws of granules ask for the velocities of ghosts."""
+    """Contact laws of granules need the velocities of ghosts."""
     wanted = any(command.after("vel") == "yes" for command in deck.named("comm_modify"))
     if deck.is_granular and not wanted and not deck.is_partial:
         text = (
@@ -790,14 +790,15 @@ def _no_run(deck: Deck) -> Found:
 
 
 def _no_chain(deck: Deck) -> Found:
-    """A note on a deck that is no chain: what it is."""
+    """A note on a deck that is not a chain: what it is."""
     if deck.no_chain is not None:
         where, why = deck.no_chain
-        yield where, "note", f"this deck is no chain ({why}): rules for chains are left out"
+        yield where, "note", f"this deck is not a chain ({why}): rules for chains are left out"
 
 
 _REFUSED = re.compile(
-    "LAMMPS stopped: ERROR|needs at least|cannot be read|does not exist when|is no number of steps"
+    "LAMMPS stopped: ERROR|needs at least|cannot be read|does not exist when"
+    "|is not a number of steps"
 )
 """Words of the reasons why LAMMPS itself refuses a deck."""
 
@@ -812,7 +813,7 @@ def _text_alone(deck: Deck) -> Found:
     refused = _REFUSED.search(why) and deck.may_run  # others may be fragments
     if refused and not lacks and deck.no_chain is None:
         yield where, "error", why
-    elif "is none of the commands" in why and deck.no_chain is None:
+    elif "is not one of the commands" in why and deck.no_chain is None:
         yield where, "warning", f"{why}; if it is misspelt, LAMMPS stops here"
     else:
         text = f"LAMMPS read a part of the deck, the rest was read as text: {why}"

@@ -68,7 +68,7 @@ _SAME_UNIT = 0.1  # relative: lengths in other units are off by 100 or more (cho
 
 @dataclass(frozen=True, eq=False)
 class Numbers:
-    """The numbers that a probe compares, of shape (n,), and what is known of a difference.
+    """The numbers that a probe compares, of shape (n,), and explanations of a difference.
 
     Functions get the index of a number, or the indices of those that differ alike.
     """
@@ -399,7 +399,7 @@ def _off_axis(case: Case) -> Numbers:
 
 
 def _fastest(case: Case) -> float:
-    """Velocity that others are compared with [m/s]: resting granules of our own decks have none."""
+    """Return the scale for differences of velocity [m/s]; 0 if an exact deck starts at rest."""
     largest = float(np.max(np.abs(case.twin.velocity)))
     return largest if case.exact else case.scene.units.velocity
 
@@ -463,7 +463,7 @@ def _role(case: Case) -> Callable[[int], str]:
 
 
 def _rounding(case: Case) -> FloatArray:
-    """Rounding error of the force of each contact at the overlap that matters, relative."""
+    """Return the relative rounding error of each contact force at its largest overlap."""
     return np.array([float(case.rounding(k, case.near[k])) for k in range(len(case.laws))])
 
 
@@ -972,7 +972,7 @@ def _pulse(case: Case) -> Numbers:
 
 
 def _stretch(case: Case, time: FloatArray, force: FloatArray) -> float | None:
-    """How many times as long as the scene's the pulse of a deck is; None if it is another pulse."""
+    """Return the duration of the deck's pulse over the scene's; None if it is another pulse."""
 
     def misfit(stretch: float) -> float:
         return float(np.max(np.abs(applied_force(case.scene, time / stretch) - force)))
@@ -1010,7 +1010,7 @@ def _driven(case: Case) -> Numbers:
 
 
 def _leading(case: Case) -> int | None:
-    """The command that prescribes the motion, or that of its formula."""
+    """The command that prescribes the motion, or the command of its formula."""
     moving = [fix.command for fix in case.deck.fixes if fix.moves and "move" in fix.style]
     return formula_of(case.deck, place_at(case.deck, moving[-1])).index if moving else None
 

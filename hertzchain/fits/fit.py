@@ -420,7 +420,7 @@ def _least_squares(model: Model, begin: FloatArray, widths: Sequence[float]) -> 
 
 
 def _refined(model: Model, minimum: _Minimum) -> _Minimum:
-    """Return the best of the minima that are some deviations apart.
+    """Return the best of several minima that lie several standard deviations apart.
 
     If the residual is far above the noise, the minimum is not refined.
     """
@@ -433,7 +433,7 @@ def _refined(model: Model, minimum: _Minimum) -> _Minimum:
 
 
 def _beside(model: Model, minimum: _Minimum) -> FloatArray | None:
-    """Return better values some deviations from others; None if there are none."""
+    """Return better values several standard deviations away; None if there are no such values."""
     moves = _moves(_covariance(model, minimum.x, minimum.slopes, 1.0))
     ends = [minimum.x + far * move for move in moves.T for far in _NEARBY_DEVIATIONS]
     possible = [end for end in ends if model.allows(end)]
@@ -537,9 +537,9 @@ def _unknown(off: FloatArray, x: FloatArray) -> float:
 def _covariance(model: Model, x: FloatArray, slopes: FloatArray, variance: float) -> FloatArray:
     """Return the covariance of the variables, from differences over their own deviations.
 
-    ``variance`` is that of the noise. Slopes at a point are steeper where forces jump between two
-    samples, as where damped contacts begin with a collision: intervals from slopes alone were up
-    to three times too narrow there.
+    ``variance`` is the variance of the noise. Slopes at a point are steeper where forces jump
+    between two samples, as where damped contacts begin with a collision: intervals from slopes
+    alone were up to three times too narrow there.
     """
     covariance = np.asarray(variance * np.linalg.pinv(slopes.T @ slopes), np.float64)
     for _ in range(_MOST_DEVIATION_ROUNDS):
@@ -575,7 +575,7 @@ def _moves(covariance: FloatArray) -> FloatArray:
 
 
 def _change(model: Model, x: FloatArray, move: FloatArray, slopes: FloatArray) -> FloatArray:
-    """Return the change of differences by a move; from slopes if values cannot move so far."""
+    """Return how a move changes the differences; estimated from slopes if it leaves the range."""
     ends = x + move, x - move
     if not all(map(model.allows, ends)):
         return np.asarray(slopes @ move)
@@ -599,7 +599,7 @@ def _refuse_alike(slopes: FloatArray, free: Free, given: str) -> None:
 def _refusal(nothing: FloatArray, free: Free, alone: str, given: str) -> SceneError:
     """Return why keys are refused, from their relative changes that change no measured number.
 
-    ``alone`` is the text for a single key, ``given`` what was measured.
+    ``alone`` is the text for a single key; ``given`` names the measured data.
     """
     moved = [
         k for k in range(len(free.keys)) if abs(nothing[k]) > _NAMED_SHARE * np.max(np.abs(nothing))

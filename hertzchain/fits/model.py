@@ -1,4 +1,4 @@
-"""What a fit compares: its keys, and differences of runs from what was measured."""
+"""Models of a fit: the free keys, and differences between runs and measurements."""
 
 from __future__ import annotations
 
@@ -87,7 +87,7 @@ class Tie:
     def number(self, values: Mapping[str, Any]) -> Any:
         """Return the number of the formula; it need not be finite.
 
-        ``values`` has those of the keys, numbers or arrays of shape (scenes,).
+        ``values`` has the values of the keys, numbers or arrays of shape (scenes,).
         """
         text, said = _VALUE.sub("_()", self.formula).strip(), f"{self.key}={self.formula[:40]}"
         is_short = len(self.formula) <= _MOST_FORMULA_CHARS and "_(" not in self.formula
@@ -267,9 +267,9 @@ _LOOSEST_RTOL, _RTOL_OVER_NOISE = 3e-6, 1e-3
 slopes are known to a part in 300."""
 
 _LEAST_NOISE = 1e-6
-"""Least noise over the peak: the error by the digits of files and the shift of a clock (chosen)."""
+"""Least noise over the peak (chosen): rounding in files, and the shift of a clock."""
 
-_STILL_FORCE_RATIO = 0.01  # change of a force over its largest that is no pulse; chosen
+_STILL_FORCE_RATIO = 0.01  # change of a force over its largest that is not a pulse; chosen
 
 _END_TIME_RATIO = 1.25
 """End of runs over that of compared samples: values that make a wave slower move it."""
@@ -281,7 +281,7 @@ where digits of the file, or the least noise of simulated forces, are larger tha
 
 
 class AddedValues(NamedTuple):
-    """What instruments add to forces.
+    """Contributions of instruments to forces.
 
     Values of least squares for given variables [SI], their derivatives by these, shape (keys,
     variables), and their covariance by noise of variance 1 if the variables were exact.
@@ -304,7 +304,7 @@ class Model(ABC):
     """Sentences on clipped recordings."""
     noise_is_known = True
     given = "traces"
-    """What was measured, as refusals name it."""
+    """Name of the measured quantity in refusals."""
     widths: tuple[float, ...] = ()
     """Widths over which a search may first smooth, the widest first."""
 
@@ -313,7 +313,7 @@ class Model(ABC):
         self._measured = np.zeros(0)
         self._keys = len(free.keys)
         self.begin = np.append(np.ones(self._keys), np.zeros(shifts))
-        """Where a search begins, and the bounds of what varies."""
+        """Start of a search, and the bounds of its variables."""
         self.low = np.append(free.low, np.full(shifts, -np.inf))
         self.high = np.append(free.high, np.full(shifts, np.inf))
         self.runs = self.offsets = 0
@@ -395,7 +395,7 @@ class Model(ABC):
         return values
 
     def drifts(self, differences: FloatArray) -> list[str]:  # noqa: ARG002
-        """Sentences on gauges that drift; none on peaks."""
+        """Return sentences on gauges that drift; a fit of peaks has none."""
         return []
 
     @abstractmethod
@@ -648,7 +648,7 @@ def lasting(differences: FloatArray) -> tuple[float, float]:
 
 
 _SEARCH_RTOL = 1e-8
-"""Accuracy of runs of the search: a hundredth of the digits of files."""
+"""Relative accuracy of the runs of a search: a hundredth of the last digit of files (derived)."""
 
 
 class OfPeaks(Model):

@@ -49,7 +49,7 @@ from hertzchain.scene.schedule import Leg, Run
 
 WANTED = 1e-6  # relative error by absolute coordinates up to which a deck has the true chain
 ROOM = 1.1  # tolerance over the measured error: other intervals shift the samples
-ROUNDING = 3  # factor on the estimate of round-off, which is no bound; measured in the gallery: 0.2
+ROUNDING = 3  # factor on the estimated round-off (not a bound); measured in the gallery: 0.2
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,7 +133,7 @@ def what_is_softer(scaling: Softening) -> str:
 def deck(scene: Scene, layout: Layout, answer: KnownAnswer | None = None) -> str:
     """Return a deck for ``lmp -in FILE``, on any processors; ``answer`` is None for lean decks.
 
-    RunFailed for a layout that is impossible with terms.
+    RunFailed for a layout that is only possible for a uniform chain.
     """
     if (answer is None) != (layout.watch_every == 0):
         raise SceneError("watch_every", layout.watch_every, "must be 0 where no peaks are known")

@@ -292,7 +292,7 @@ class Certificate:
 
     @property
     def sentence(self) -> str:
-        """How many rows have each grade, in one line."""
+        """Number of rows of each grade, in one line."""
         count = {grade: sum(row.grade == grade for row in self.rows) for grade in GRADES}
         grades = ", ".join(f"{number} {grade}" for grade, number in count.items() if number)
         wrong = ", ".join(row.case.name for row in self.rows if row.grade == WRONG)

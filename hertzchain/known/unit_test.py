@@ -169,8 +169,8 @@ def _walk(
 ) -> list[FloatArray]:
     """States by velocity Verlet in natural units, from displacements or, with a diameter, places.
 
-    A state is place, velocity and force, (3, granules). The wall is a place like those of granules,
-    and a stiffness, 0 for none.
+    A state is place, velocity and force, (3, granules). The wall has a place, as granules have, and
+    a stiffness; 0: there is no wall.
 
     Damping uses the velocities half a step earlier; at the start of each segment, where LAMMPS
     computes forces again, it uses those of that time.
@@ -267,7 +267,7 @@ def unit_test(motion: KnownMotion, title: str, date: str) -> str:
         f"# {plain(title)}.",
         "# Neither forces nor motion are LAMMPS's own: F = A overlap^(3/2) where spheres touch,",
         "# A = sqrt(2R) E / (3 (1 - nu^2)), nothing where they are apart, by velocity Verlet in",
-        "# displacements. To record them again with -u would take that away.",
+        "# displacements. Recording them again with -u would remove this check.",
         *more,
         "# epsilon: at least thirty times what rounding makes of these steps in coordinates.",
         "# init_forces (run 0) and run_forces (the end) are read but not compared by test_dem_NN.",

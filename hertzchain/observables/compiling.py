@@ -25,7 +25,7 @@ Records = NDArray[np.void]
 """An array of records."""
 
 NumbaObject = Any
-"""What Numba hands to its extensions: its package has no types."""
+"""Objects that Numba passes to its extensions: its package has no types."""
 
 Function = Callable[..., Any]
 """A function to compile, or a compiled one."""
@@ -135,7 +135,7 @@ _PACKAGE = Path(__file__).parents[1]
 
 
 def compiled_without_nan(function: Function) -> Any:
-    """As ``compiled``; with ``larger`` the compiler uses vector instructions for maxima.
+    """Compile a function as ``compiled`` does, but allow vector instructions for ``larger``.
 
     A maximum with NaN can be any number. NaN occurs only if the motion diverged, which its energy
     shows.

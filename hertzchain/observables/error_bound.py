@@ -131,7 +131,7 @@ class Peaks:
     passed
         Whether the force has fallen since.
     first
-        First pulses, where they were wanted.
+        First pulses, if they were wanted.
     """
 
     force: Any
@@ -197,7 +197,7 @@ class Peaks:
 
 
 def columns(first: FirstPulses | None, errors: ContactErrors | None) -> dict[str, NDArray[Any]]:
-    """Return columns of first pulses and of errors, (contacts,) each; none without first pulses.
+    """Return columns of first pulses and of errors, (contacts,) each; empty without first pulses.
 
     They are first_peak_force_N (dynamic: without the static force), first_peak_time_s,
     arrival_time_s, first_width_s, contact_time_s, kind (pulse, front, unended, or None), clear,
@@ -513,7 +513,7 @@ def refuse_unstable(scene: Scene, legs: Sequence[Leg], interval: float, method: 
 
 
 SHORTER = "ask for a smaller dt, or for a smaller rtol in place of dt"
-"""What to do about steps that are too long, whether or not a step was given."""
+"""Advice on steps that are too long, whether or not a step was given."""
 
 
 def diverged(backend: str) -> StepUnstable:

@@ -1,4 +1,4 @@
-"""The first pulse of each contact: what an experiment sees before anything is reflected.
+"""The first pulse of each contact, which an experiment measures before any reflection.
 
 ``observer`` reads first pulses off a run and has their definition.
 """
@@ -80,7 +80,7 @@ class FirstPulses:
 
     @property
     def is_ended(self) -> _Mask:
-        """Whether the run saw the end of the pulse."""
+        """Whether the pulse ended before the run did."""
         return ~np.isnan(self.width)
 
     @property

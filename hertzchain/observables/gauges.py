@@ -1,4 +1,4 @@
-"""What gauges record: readings, and the trains of pulses that pass them."""
+"""Records of gauges: samples, and the trains of pulses that pass them."""
 
 from __future__ import annotations
 
@@ -141,7 +141,7 @@ LEAST = 0.01
 """Least height of a pulse, over the largest dynamic force of its contact."""
 
 _DIP = 0.05
-"""How much lower the force is between two pulses, over the height of the lower one (chosen):
+"""Least dip of the force between two pulses, over the height of the lower one (chosen):
 ripples of a plateau are smaller."""
 
 _FRAME_TIMES = (0.05, 0.03)
@@ -149,7 +149,7 @@ _FRAME_TIMES = (0.05, 0.03)
 frames, a polynomial of fifth degree, is off by 1e-8 where it is smooth."""
 
 _NEAR_FRAMES, _DOUBLINGS, _DOUBLING_STEPS = 4.0, 12, (2, 8)
-"""Where a contact opens or closes no polynomial meets the motion. Maxima and crossings so near to
+"""No polynomial fits the motion where a contact opens or closes. Maxima and crossings so near to
 that, over the distance of frames, get further frames up to there: their distances are doubled so
 often, in so many steps each in the two runs (chosen)."""
 
@@ -159,7 +159,7 @@ _PARTS = 8
 brackets that close around maxima and crossings."""
 
 _BRACKET_ROUNDS = 12
-"""How often brackets are cut: down to 1e-8 of a frame for maxima, 2e-12 for crossings."""
+"""Number of cuts of a bracket: down to 1e-8 of a frame for maxima, 2e-12 for crossings."""
 
 
 COLUMNS = (

@@ -38,7 +38,7 @@ _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
 
 
 class Loads(NamedTuple):
-    """What samples of contacts have shown; (contacts,) each, unless it says otherwise.
+    """Results from samples of contacts so far; (contacts,) each, unless stated otherwise.
 
     Parameters
     ----------
@@ -82,8 +82,8 @@ def touch(
 ) -> tuple[float, State, float]:  # fmt: skip
     """When a dashpot closes within an interval, at whose end it is pressed, and how.
 
-    No polynomial crosses the jump of its force, so that the interval begins there. The motion
-    before it is that without this contact.
+    No polynomial crosses the jump of its force, so that the interval begins there. Before that
+    time, the motion is as if the contact did not exist.
 
     ``start`` and ``end`` are overlap and its derivatives at both ends of the interval of length h;
     ``damping`` is the coefficient of the dashpot, ``inverse_mass`` the sum of 1 / mass of both
@@ -130,7 +130,7 @@ def _jumps(start: State, end: State, s: Record) -> bool:
 
 @part
 def _opening(curve: Polynomial, first: float, last: float) -> float:
-    """Place where an overlap passes 0; 0 or 1, at the end with less of it, where it does not."""
+    """Return the place where an overlap passes 0, else the end (0 or 1) with less overlap."""
     rises = last > first
     if min(first, last) >= 0.0:
         return 0.0 if rises else 1.0

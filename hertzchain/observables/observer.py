@@ -165,7 +165,8 @@ too; and natural time units after that, in which two spheres part."""
 
 _SLOW_TIME, _SLOW_RATIO = 10.0, 0.25
 """A force that is not over so many time units after its half was reached, or such a part of that
-time, if it is longer, is no wave: loads that settle grow as slowly (chosen). Waves past light beads
+time, if it is longer, is not a wave: loads that settle grow as slowly (chosen). Waves past light
+beads
 lasted a sixth of the time of their half."""
 
 PULSES = 64
@@ -193,7 +194,7 @@ more slowly may as well not part, and their contact time has no right digit. Ela
 
 
 _PLACE_ERROR = 1e-13
-"""How near in a step, or in force, a crossing or an extremum is found."""
+"""Tolerance of a crossing or an extremum, as a fraction of a step, or of the force."""
 
 SIGNAL = np.dtype(
     [
@@ -251,7 +252,7 @@ rate of the signal."""
 
 
 class Watch(NamedTuple):
-    """What is observed in a run, and what was read off it; ``watch_of`` makes one.
+    """Signals observed in a run, and their results so far; ``watch_of`` makes one.
 
     Parameters
     ----------
@@ -354,7 +355,7 @@ def signals_of(
     """Return the signals of all contacts, then of gauges in granules, with their ``DampedLaw``.
 
     ``static`` is the static force of each contact, 0 by default; ``pairs`` are the places of both
-    contacts of each gauge, -1 for none. All is in the units of the law.
+    contacts of each gauge; -1: it has one only. All is in the units of the law.
     """
     contacts = law.stiffness.size
     static = np.zeros(contacts) if static is None else static
@@ -569,7 +570,7 @@ def _cubic(s: float, f0: float, f1: float, rise0: float, rise1: float) -> float:
 def _reached(w: Watch, k: int, level: float) -> float:
     """When a signal first reached a level, at least half of its largest force so far.
 
-    NaN where pieces that low had to be given up.
+    NaN where such low pieces had to be dropped.
     """
     s = w.signals[k]
     for n in range(s.pieces):
@@ -693,7 +694,7 @@ def _set_levels(s: Record, maximum: Record) -> None:
 
 @compiled
 def _touch(p: Piece, low: float, high: float, closes: bool) -> float:
-    """Where in a part of a step the overlap of a contact begins, or ends."""
+    """Return the place in a part of a step where the overlap of a contact begins, or ends."""
     for _ in range(53):  # bisections: to the last digit
         place = (low + high) / 2
         if (value_at(p.a, place) > 0.0) == closes:
@@ -863,8 +864,8 @@ def _rounded_up(time: float) -> float:
 def usual_end(w: Watch, otherwise: float, at: float, before: float) -> float:
     """The default end of a run, as it is known at a time ``at``, natural units.
 
-    ``at`` is what a run was to reach: the last step may end up to a unit later. ``before`` is the
-    end that was known before; the run is over if that is what is returned.
+    ``at`` is the time that the run was to reach: its last step may end up to a unit later.
+    ``before`` is the end that was returned before; if it is returned again, the run is over.
 
     It is twice the time at which the last first pulse was over, plus three: but no later than
     ``otherwise``, if that is three units after this time. A first pulse that is not over is waited

@@ -53,7 +53,7 @@ def times_on_held(contacts: int, has_wall: bool, fixed: NDArray[np.intp]) -> Flo
 class PeakWatch:
     """Keeps the largest force of each contact, energy lost in dampers and impulses, from samples.
 
-    ``force`` and ``time`` are those of peaks, (contacts,); times are NaN without a force. ``law``
+    ``force`` and ``time`` describe the peaks, (contacts,); times are NaN without a force. ``law``
     is that of the contacts, in the units of the samples; ``inverse_mass`` is 1 / mass of each
     granule, shape (granules,), 0 for those that move as a piston does; ``on_held`` says how often
     the force of each contact counts in that on a wall and fixed granules: see ``times_on_held``. If

@@ -72,7 +72,7 @@ FREE_END = 2  # last contacts that the free end changes: N by 2.4 %, N - 1 by 1.
 
 @dataclass(frozen=True)
 class SolitaryWave:
-    """Solitary wave after the transition; fields are None where the chain is too short to tell.
+    """Solitary wave after the transition; fields are None if the chain is too short for them.
 
     A pulse table may send several waves, of which later ones catch up with the first: it has the
     force and the speed, but no errors.
@@ -140,7 +140,7 @@ def transition_granules(
 def transitions(
     peak_force: FloatArray, has_peaked: NDArray[np.bool_], threshold: float | FloatArray = STEADY
 ) -> NDArray[np.intp]:
-    """Return p of chains of one length, 0 for none, shape (scenes,); peaks have (scenes, N - 1)."""
+    """Return p of chains of one length, 0 if unknown; ``peak_force`` has shape (scenes, N - 1)."""
     scenes, contacts = peak_force.shape
     last = contacts - 1  # N - 2
     if last < SMALLEST:
@@ -163,7 +163,7 @@ def solitary_wave(
     """Return the wave after a transition of p granules, from the peaks of contacts 2 ... N.
 
     Forces [N], times [s] and whether each peak was passed: shape (N - 1,). The diameter 2R [m] is
-    the distance between contacts, the slowness their natural time unit under 1 N [s N^(1/6)].
+    the distance between contacts; the slowness [s N^(1/6)] is their natural time unit under 1 N.
     """
     if p is None:
         return SolitaryWave(None, None, None)
@@ -279,7 +279,9 @@ def places(scene: Scene) -> FloatArray:
 
 
 def is_near_end(scene: Scene, if_slow: int = _NEAR_END_IF_SLOW) -> NDArray[np.bool_]:
-    """Whether contacts are so near the last that two waves are one hump there, (contacts,).
+    """Return whether contacts are so near the end that incident and reflected wave overlap there.
+
+    The shape is (contacts,).
 
     If a fixed granule stands ahead of the shock, its contact counts as the last: no wave passes it.
     ``if_slow`` contacts are near where contacts are damped or loaded.
@@ -295,7 +297,7 @@ def is_near_end(scene: Scene, if_slow: int = _NEAR_END_IF_SLOW) -> NDArray[np.bo
 def runs_forwards(arrival: FloatArray, contacts: Sequence[int]) -> bool:
     """Whether one wave runs from the first to the last of some contacts, counted from 0.
 
-    Two waves reach a contact between these before the first of them, or after the last.
+    For contacts between these, two waves arrive before the first of them or after the last.
     """
     between = arrival[min(contacts) : max(contacts) + 1]
     begin, end = between[0], between[-1]

@@ -413,8 +413,8 @@ def no_return(
 ) -> str | None:
     """Return a sentence where a recording does not end at its baseline, which is 0 [N], else None.
 
-    The end is that of a straight line through the last samples: a pulse may end with its recording.
-    ``is_known`` is whether the baseline was given or measured.
+    The pulse ends where a straight line through the last samples does: it may end with its
+    recording. ``is_known`` is whether the baseline was given or measured.
     """
     tail = max(LEAST_NOISE_SAMPLES, force.size // _SAMPLES_PER_TAIL_SAMPLE)
     if force.size < 2 * tail:
@@ -436,8 +436,8 @@ _WHAT_TO_SAY = (
 def left_out(left: float, impulse: float, seconds: float, deviation: float) -> str | None:
     """Return a sentence where the force after a pulse has part of the impulse, else None.
 
-    ``left`` and ``impulse`` [N s] are of the time after the pulse, ``seconds``, and of the pulse;
-    ``deviation`` is that of the mean force after the pulse [N].
+    ``left`` and ``impulse`` [N s] are integrals over ``seconds`` after the pulse, and over the
+    pulse; ``deviation`` is the standard deviation of the mean force after the pulse [N].
     """
     if abs(left) <= max(_END_FORCE_RATIO * impulse, _SURE_DEVIATIONS * deviation * seconds):
         return None
@@ -452,7 +452,7 @@ def cut_off(force: FloatArray, resolution: float) -> str | None:
 
     Then several samples have the largest force, many more than lie within a digit below it: a crest
     that is a parabola has at most 2.4 times as many, one of fourth order 5.3 times. If values
-    repeat too rarely to show the digit, the step from the largest force to the next is used.
+    repeat too rarely to show the digit, it is taken as the step from the largest force to the next.
     """
     top = float(force.max())
     lower = force[force < top]

@@ -52,10 +52,10 @@ _TIME_NAME = re.compile(r"t\b|.*(?:time|second)|in \w?s$", re.IGNORECASE)
 """Name or unit of a column of times."""
 
 _OF_CLOCK = ("start", "step")
-"""What times without a column follow from."""
+"""Source of the times if no column has them."""
 
 _COUNTS = "sequence"
-"""What stands in place of a unit below the name of a column that counts samples."""
+"""Words that stand in place of a unit below the name of a column that counts samples."""
 
 _LABELS = {
     "names": ("tracename",),
@@ -195,13 +195,13 @@ def _lines(path: Path) -> list[str]:
 
 
 def _cells(line: str, separator: str, decimal: str) -> list[str]:
-    """Return the cells of a line, numbers with decimal points; none of a comment."""
+    """Return the cells of a line, numbers with decimal points; empty for a comment."""
     if line.lstrip()[:1] in ("", "#", "%", ";"):
         return []
     line = line.partition("#")[0].strip("\r\n ")
     cells = line.split() if separator == " " else line.split(separator)
     cells = [cell.strip().strip('"').strip() for cell in cells]
-    # With decimal commas 1.500 is no number.
+    # With decimal commas 1.500 is not a number.
     return [cell.translate({44: 46, 46: 44}) for cell in cells] if decimal == "," else cells
 
 
@@ -283,7 +283,7 @@ def _names_and_units(
 def _with_times(
     columns: Columns, begin: int, settings: Mapping[str, Sequence[str]], counts: bool
 ) -> Columns:
-    """Return the columns with one of times more, of samples that are equally far apart.
+    """Return the columns with a further one, the times of equally spaced samples.
 
     ``counts`` is whether the first column of numbers counts the samples.
     """

@@ -117,7 +117,7 @@ def _clean(text: str) -> str:
 
 
 class Failure(NamedTuple):
-    """A failed check: its name, the number found (empty for none), and advice."""
+    """A failed check: its name, the measured number (empty if unknown), and advice."""
 
     name: str
     difference: str
@@ -274,7 +274,7 @@ def describe(scene: Scene) -> str:
 
 
 def facts_of_terms(result: Result) -> list[tuple[str, str]]:
-    """Return facts of a scene with terms: force on the wall, velocities, damping, end."""
+    """Return facts of a chain that is not uniform: force on the wall, velocities, damping, end."""
     facts = []
     for wall, k in (result.scene.near_wall, 0), (result.scene.wall, -1):
         if wall is None:

@@ -227,7 +227,10 @@ def _facts_of_wave(result: Result) -> list[tuple[str, str]]:
 
 
 def main_facts(result: Result) -> list[tuple[str, str]]:
-    """Return the main facts of a run besides peaks: the wave, or with terms the chain's ends."""
+    """Return the main facts of a run besides peaks.
+
+    They describe the wave in a uniform chain, otherwise the ends of the chain.
+    """
     return _wave_facts(result) if result.scene.is_plain else facts_of_terms(result)
 
 
@@ -454,7 +457,7 @@ def _facts_of_peaks(judgement: Judgement, judged: int, failed: int) -> list[tupl
     if judgement.expected is not None:
         expected = judgement.expected
         off = (
-            f"{expected.interpolated:.1e} off; {expected.sampled:.1e} if only samples are looked at"
+            f"{expected.interpolated:.1e} off; {expected.sampled:.1e} if only samples are compared"
         )
         facts.append((f"velocity Verlet, steps of {expected.dt:.3g} s", off))
     return facts

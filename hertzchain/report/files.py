@@ -96,7 +96,7 @@ _FORMATS = {
 
 
 def check_format(path: Path | str | None, kind: str) -> None:
-    """Raise an OutputError for a file, if one is wanted, whose suffix is no format of its kind."""
+    """Raise an OutputError if a file is wanted whose suffix is not a format of its kind."""
     words, suffixes = _FORMATS[kind]
     suffix = "" if path is None else Path(path).suffix.lower()
     is_pipe = kind == "result" and not suffix  # pipes and devices have none

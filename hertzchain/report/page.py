@@ -81,8 +81,8 @@ def _sections(document: Document) -> list[Section]:
         sections.append(Section("Checks", checks, [only]))
     if (answers := document.answers) is not None:
         of_run = (
-            "Steps are those of the run itself; time is of the whole call, with the runs that find"
-            " its step and its error."
+            "The number of steps is of the run itself; time is of the whole call, with the runs"
+            " that find its step and its error."
         )
         said = [" ".join([of_run, *(f"{note}." for note in document.notes)])]
         if "formulas" in answers.header:
@@ -148,8 +148,8 @@ def _caption(document: Document) -> str:
         said.append(f"{' and '.join(document.absent)}: not run.")
     if document.drawn:
         said.append(
-            "Differences are relative and without their sign, exact agreement is not drawn; lines"
-            " are what each simulation says of its own error, at most."
+            "Differences are relative and without their sign; exact agreement is not drawn. A line"
+            " is the error bound of that simulation."
         )
     return " ".join(said)
 

@@ -33,7 +33,8 @@ _FILE_STYLE: Any = {"pdf.fonttype": 42, "ps.fonttype": 42}
 """Fonts of PDF as journals ask for them: TrueType, not Matplotlib's Type 3."""
 
 _PAGE_STYLE: Any = {"svg.fonttype": "none", "path.simplify_threshold": 0.3, "savefig.dpi": 110}
-"""For a page: text as text, lines to a third of a pixel, bitmaps as fine as most screens."""
+"""Settings of pictures on a page: text as text, lines to a third of a pixel, bitmaps as fine as
+most screens."""
 
 _INCH_POINTS = 72  # in an inch
 
@@ -48,7 +49,7 @@ DrawnAxis = Any
 """An axis of Matplotlib; its class does not have the name of the axis."""
 
 Size = Any
-"""What a user gives as a width and a height."""
+"""Width and height as given by a user."""
 
 
 def check_size(size: Size) -> None:

@@ -44,7 +44,7 @@ def force_limits(smallest: float, largest: float) -> tuple[float, float]:
 
 
 def force_colours() -> Colormap:
-    """Colours of contact forces, from white for none."""
+    """Return the colours of contact forces; an open contact is white."""
     from matplotlib import colormaps
     from matplotlib.colors import LinearSegmentedColormap
 

@@ -16,8 +16,7 @@ from hertzchain.errors import require
 from hertzchain.scene.keys import Key, check, key, keys_of
 
 MOST_UNLIKE_GRANULES = 1_000_000
-"""Largest number of granules in a scene with terms, which stores a dozen numbers for each (chosen).
-"""
+"""Most granules of a chain that is not uniform: a dozen numbers are stored for each (chosen)."""
 
 MOST_GRANULES = 2**31 - 1
 """Largest number of granules: LAMMPS's ids are 32-bit integers."""

@@ -212,7 +212,7 @@ SEGMENT = re.compile(r"(?:chain\.)?segments\.(\d+)\.(?:cell\.(\d+)\.)?(\w+)")
 
 
 def full_names(name: object, names: Iterable[str], preferred: Collection[str] = ()) -> list[str]:
-    """Return the full name of a key that is given with or without its section; none if unknown.
+    """Return the full name of a key that is given with or without its section; empty if unknown.
 
     If several sections have the key, a preferred one is taken, else a SceneError lists them.
     """
@@ -225,7 +225,7 @@ def full_names(name: object, names: Iterable[str], preferred: Collection[str] = 
 
 
 def key_named(name: str) -> Key | None:
-    """Return the key of a name, with or without its section, also of a segment; None for none.
+    """Return the key of a name, with or without its section, also of a segment; None if unknown.
 
     The same name has the same unit in every section.
     """
@@ -236,7 +236,7 @@ def key_named(name: str) -> Key | None:
 
 
 def sections_of(scene: Any, defaults: bool = True) -> dict[str, Any]:
-    """A scene as its file has it, in SI: a JSON object for each section, each a key for a value.
+    """A scene as in its file, in SI: a JSON object for each section, with a value for each key.
 
     Values that are not given are left out. Tables stand in the sections by their columns: those of
     a pulse or a piston as ``time_s`` and ``force_N`` or ``displacement_m``, those of unlike
@@ -267,7 +267,7 @@ def sections_of(scene: Any, defaults: bool = True) -> dict[str, Any]:
 
 
 def _of_shock(shock: Shock, defaults: bool) -> dict[str, Any]:
-    """The section of a shock; a table stands in it by its columns."""
+    """Return the section of a shock; it contains a table as columns."""
     values = {} if shock.section != "shock" else {"profile": shock.profile_name}
     columns = {name: list(column) for name, column in columns_of(shock).items()}
     if not columns:

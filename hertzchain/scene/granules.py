@@ -286,7 +286,7 @@ def _wall_stiffness(wall: Wall, radius: float, plane: float) -> float:
 
 
 class Numbered:
-    """What numbers follow from chain, shock and walls."""
+    """Inputs of derived numbers: chain, shock and walls."""
 
     chain: Chain
     shock: Shock

@@ -205,7 +205,7 @@ Seed = Annotated[int, Key(least=0, most=2**32 - 1, kind="int")]
 
 
 def key(*args: Any, **more: Any) -> dict[str, Key]:
-    """Return the metadata of a field that is a key; arguments are those of ``Key``."""
+    """Return the metadata of a field that is a key; for arguments see ``Key``."""
     return {"key": Key(*args, **more)}
 
 

@@ -117,7 +117,7 @@ def _refuse_lonely(scene: Any) -> None:
     has_wall = scene.wall is not None or scene.near_wall is not None
     allowed = "must be at least 2 without a wall: a single granule needs [wall] or [near_wall]"
     require(has_wall, "chain.granules", 1, allowed)
-    allowed = "must be at least 2 with a piston, which is granule 1 and needs one that it pushes"
+    allowed = "must be at least 2 with a piston, which is granule 1 and pushes granule 2"
     require(not scene.shock.is_driven, "chain.granules", 1, allowed)
     allowed = "must be at least 2 under a load with a striker, or give striker.loaded = true"
     is_missing = scene.precompression is not None and scene.shock.loaded_granule > 0
@@ -480,7 +480,7 @@ class Scene(Numbered, Shown):
     def momentum_ratio(self) -> float:
         """LM_ratio, the impulse over L_SW(F0), always with the paper's 139/32.
 
-        In a scene with terms L_SW is computed for a uniform chain of the contact ahead of the
+        Beyond a uniform chain L_SW is computed for a uniform chain of the contact ahead of the
         pushed granule, and F0 is the ``peak_force``. The impulse of a sine is that of half a cycle;
         the impulse of a piston is the momentum that a collision at its largest velocity gives
         granule 2; where only granules of the chain move, it is the sum of their momenta, all as
@@ -522,7 +522,7 @@ class Scene(Numbered, Shown):
 
     @functools.cached_property
     def ramps(self) -> tuple[Ramp, ...]:
-        """The applied force as ramps between its corners [s, N]; none for a striker or piston."""
+        """The applied force as ramps between its corners [s, N]; empty for a striker or piston."""
         pulse = self.pulse
         return self.shock.ramps() if pulse is None else pulse.ramps(self.rise_time)
 
@@ -640,7 +640,7 @@ def unusual_values(scene: Scene) -> list[str]:
         for key in keys_of(type(part))
         if (remark := unusual(f"{name}.{key}", getattr(part, key))) is not None
     ]
-    if scene.shock.rows and scene.ramps:  # the forces of a table are no keys
+    if scene.shock.rows and scene.ramps:  # the forces of a table are not keys
         remarks += filter(None, [unusual("shock.peak_force", scene.peak_force)])
     for uncertain in scene.uncertain:
         section, _, key = uncertain.key.partition(".")
@@ -726,7 +726,7 @@ def refuse_deep_overlap(ratio: float, where: str = "") -> None:
 
 
 def refuse_terms(scene: Scene, who: str, supported: Collection[str] = ()) -> None:
-    """Raise RunFailed for a scene with terms that a backend does not support."""
+    """Raise RunFailed if the scene has terms that a backend does not support."""
     unknown = [term for term in scene.terms if term not in supported]
     if unknown:
         raise RunFailed(

@@ -166,7 +166,9 @@ class Push(NamedTuple):
 
 
 def watched_with_terms(granules: Granules, push: Push, wall: bool) -> float:
-    """Return the default time between the ends of shock and run, for scenes with terms [s].
+    """Return the default time from the end of the shock to that of the run [s].
+
+    It is for scenes beyond a uniform chain.
 
     The wave crosses each contact in its own time, and each gap with the velocity that collisions
     pass on. A wall has to stop a mass through all contacts in series: that of granule 1, or of all

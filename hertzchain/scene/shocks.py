@@ -1,4 +1,4 @@
-"""What drives a chain: pulses, tables, sines, pistons, strikers; the ramps of its force."""
+"""Drives of a chain: pulses, tables, sines, pistons, strikers; the ramps of its force."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from hertzchain.scene.keys import Positive, check, key, of_granule
 
 @dataclass(frozen=True)
 class Shape:
-    """Shape of a ramp: growth of the force from 0 to 1 over the part s of the ramp, from 0 to 1.
+    """Shape of a ramp: how the force grows from 0 to 1 while s, the fraction of the ramp, does.
 
     Parameters
     ----------
@@ -233,7 +233,7 @@ class Shock(ABC):
 
     @property
     def rows(self) -> tuple[tuple[float, float], ...]:
-        """Time [s] and value of each row of the table; none where there is no table."""
+        """Time [s] and value of each row of the table; empty without a table."""
         shock: Any = self
         if self.column is None or shock.time is None:
             return ()
@@ -345,7 +345,7 @@ Rows = Annotated[tuple[float, ...], check_table]
 
 
 def columns_of(shock: Shock) -> dict[str, Sequence[float]]:
-    """Return the columns of the table of a shock by their names; none for one without a table."""
+    """Return the columns of a shock's table by name; empty if it has no table."""
     if shock.column is None or not shock.rows:
         return {}
     time, values = zip(*shock.rows, strict=True)
@@ -902,7 +902,7 @@ class Trapezoid(LabPulse):
         require(sloping <= self.duration * (1 + _SLACK), "fall_time", self.fall_time, allowed)
 
     def ramps(self) -> tuple[Ramp, ...]:
-        """Rise, constant force, if it takes any time, and decay."""
+        """Return rise, constant force (unless it has no duration) and decay."""
         begin, end, force = self.rise_time, self.duration - self.fall_time, self.peak_force
         if end - begin <= _SLACK * self.duration:
             end = begin

@@ -135,7 +135,7 @@ class Wall:
 
     @property
     def own_damping(self) -> dict[str, float]:
-        """The wall's own damping parameters, by name; none where all contacts have the same."""
+        """The wall's own damping parameters, by name; empty if all contacts share theirs."""
         values = {name: getattr(self, name) for name in DAMPING.values()}
         return {name: value for name, value in values.items() if value is not None}
 
@@ -320,7 +320,7 @@ _FORM = "must be a standard deviation, such as '5 %' or one with a unit, or {hal
 
 @dataclass(frozen=True)
 class Uncertain:
-    """How far a value may be from the one that the scene has.
+    """Possible deviation of a value from that in the scene.
 
     Parameters
     ----------
@@ -402,7 +402,7 @@ def read_uncertain(
 
 
 def sections_of_uncertain(uncertain: Iterable[Uncertain]) -> dict[str, dict[str, Any]]:
-    """Return the sections of a scene file, as ``read_uncertain`` reads them; none if empty."""
+    """Return the sections of a scene file that ``read_uncertain`` reads, without empty ones."""
     sections: dict[str, dict[str, Any]] = {}
     for entry in uncertain:
         section = "scatter" if entry.each else "uncertainty"

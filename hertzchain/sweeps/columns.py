@@ -62,7 +62,7 @@ PARAMETERS = tuple(
 """Parameters of uniform free chains that can vary, by scene files."""
 
 TERMS = tuple(name for name in _OF_KEYS if name not in PARAMETERS)
-"""Further parameters of scenes with terms."""
+"""Further parameters, of scenes beyond a uniform chain."""
 
 FIRST = ("first_peak_force_N", "arrival_time_s")
 """Columns of first pulses."""
@@ -143,7 +143,7 @@ FOUND_COLUMNS = (
     Column("overlap_ratio", "largest overlap / R", read=attrgetter("overlap_ratio")),
     Column("error_estimate", "error estimate of the peaks, relative",
            read=attrgetter("error_estimate")),
-    Column("wanted_error", "error of what accuracy was asked of, relative", of="terms",
+    Column("wanted_error", "relative error of the wanted quantity", of="terms",
            read=attrgetter("wanted_error")),
     Column("force_evaluations", "force evaluations", "int", read=attrgetter("force_evaluations")),
 )  # fmt: skip
@@ -190,7 +190,7 @@ def is_result(name: str) -> bool:
 
 
 def peak_columns(columns: Sequence[Column]) -> tuple[str, ...]:
-    """Return the columns of the table of peaks of a sweep; with terms they have first pulses."""
+    """Return the columns of a sweep's table of peaks; first pulses if chains are not uniform."""
     names = ("scene", "backend", "contact", "peak_force_N", "peak_time_s")
     return names if columns is ALL else (*names, *FIRST)
 
@@ -218,7 +218,7 @@ def full_name(name: str, columns: Sequence[str] = COLUMNS, varied: Collection[st
     If several sections have it, the one that varies is taken.
     """
     names = full_names(PAPER_NAMES.get(name, name), columns, varied)
-    allowed = f"is no column of a sweep, which has {', '.join(columns)}"
+    allowed = f"is not a column of a sweep, which has {', '.join(columns)}"
     require(len(names) == 1, name, None, allowed + did_you_mean(name, columns))
     return names[0]
 

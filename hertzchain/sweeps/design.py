@@ -103,7 +103,7 @@ class Axis:
         return tuple(dict.fromkeys(self.values[is_given(self.values)].tolist()))
 
     def at(self, index: NDArray[Any]) -> NDArray[Any]:
-        """Return the values with these numbers."""
+        """Return the values of the scenes with the given numbers."""
         if self.form in ("list", "column"):
             return np.asarray(self.values[index])
         return self.between(index / max((self.count or 0) - 1, 1))
@@ -366,7 +366,7 @@ class Design:
         return math.prod(self.shape)
 
     def parameters(self, scenes: NDArray[np.int64]) -> dict[str, NDArray[Any]]:
-        """Return all parameters of scenes in SI, by name, shape (some,); NaN or "" for none."""
+        """Return all parameters of some scenes in SI, by name; NaN or "" where one is missing."""
         names = [column.name for column in self.columns if "." in column.name]
         base = base_values(self.base, {*names, *self.names})
         parameters = {name: np.full(scenes.size, value) for name, value in base.items()}
@@ -414,7 +414,7 @@ class Design:
 
 
 def axes_of(vary: Any, scene: Scene) -> tuple[Axis, ...]:
-    """Return the axes of a table, or of values by parameters; arguments are those of ``design``."""
+    """Return the axes of a table, or of values by parameters; for arguments see ``design``."""
     if not isinstance(vary, Mapping) and hasattr(vary, "columns"):
         axes = axes_of_table(vary, lambda name: full_key(name, scene))
         require(len(axes) > 0 and len(vary) > 0, "table", None, "must have columns and rows")

@@ -314,8 +314,8 @@ def _batches(
 ) -> list[pandas.DataFrame]:
     """Measure scenes in the compiled batch, those of each length together.
 
-    The index of the tables has the rows. Those are left out whose peaks are unsure, whose overlap
-    is impossible, or that take long.
+    The index of the tables has the rows. Scenes whose peaks are uncertain, whose
+    overlap is impossible, or that take long are left out.
     """
     import pandas
 

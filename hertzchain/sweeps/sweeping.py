@@ -1,4 +1,4 @@
-"""Sweeps: many scenes measured into a folder of tables, and what is in it."""
+"""Sweeps: the results of many scenes in a folder of tables, and access to them."""
 
 from __future__ import annotations
 
@@ -150,7 +150,7 @@ def _check(path: Path, manifest: Mapping[str, Any]) -> bool:
     """Return whether the folder has this sweep already; refuse a folder with anything else."""
     if (there := _read(path)) is None:
         if strangers := [other.name for other in path.iterdir() if other.name[0] != "."]:
-            raise OutputError(f"{path}: is no sweep, {strangers[0]} is in it; name a new folder")
+            raise OutputError(f"{path}: is not a sweep, {strangers[0]} is in it; name a new folder")
         return False
     # Compared after JSON, where tuples become lists.
     old, new = _entries(there), _entries(json.loads(json.dumps(manifest)))
@@ -224,7 +224,7 @@ class Sweep:
         folder = Path(folder)
         manifest = _read(folder) if folder.is_dir() else None
         if manifest is None:
-            raise OutputError(f"{folder}: is no sweep, must be what hertzchain sweep -o wrote")
+            raise OutputError(f"{folder}: is not a sweep, must be what hertzchain sweep -o wrote")
         return cls(manifest, Parts(folder))
 
     def __repr__(self) -> str:
@@ -256,7 +256,7 @@ class Sweep:
         """
         names = [column.name for column in columns_in(self.manifest)]
         for name in columns or ():
-            allowed = f"is no column of this sweep, which has {', '.join(names)}"
+            allowed = f"is not a column of this sweep, which has {', '.join(names)}"
             require(name in names, name, None, allowed + did_you_mean(str(name), names))
         return _joined(self._parts.frames(names if columns is None else columns))
 
@@ -320,7 +320,7 @@ class Counts:
     error
         Column with the error that counts.
     cut_off
-        Rows of scenes with terms whose run may have ended before all contacts had their peak.
+        Rows whose run may have ended before all contacts had their peak.
     doubtful
         Rows whose largest overlap is above the valid range of Hertz's law, 0.01 radii.
     """

@@ -34,7 +34,7 @@ class Parting:
 
 
 def parting(scene: Scene) -> Parting | None:
-    """Return how two spheres like granule 2 part; None in a scene without damping.
+    """Return the rebound of two spheres like granule 2; None in a scene without damping.
 
     They close with the velocity of the striker, the largest speed of the piston or, where a force
     pushes the chain, the largest velocity of a granule in a solitary wave of the largest applied
@@ -69,8 +69,9 @@ def parting(scene: Scene) -> Parting | None:
 def wave_velocity() -> float:
     """Return the largest velocity of a granule in a solitary wave of height 1, in natural units.
 
-    A granule has it when the wave is between its two contacts: it is the integral of the force
-    from x = -1/2 to 1/2 over c, as a granule takes the difference of both contact forces.
+    A granule is fastest when the wave is between its two contacts. Its velocity is then the
+    integral of the force from x = -1/2 to 1/2, divided by the wave speed c, because the
+    difference of the two contact forces accelerates it.
     """
     from scipy.integrate import simpson
 

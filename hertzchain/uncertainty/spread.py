@@ -84,7 +84,7 @@ class Realisations:
     def _middle_of(self, entry: Uncertain) -> tuple[str, float]:
         """Return the full name of an input, and its value in the scene."""
         key = full_key(entry.key, self._base)
-        allowed = "is no quantity of the experiment, and cannot be uncertain"
+        allowed = "is not a quantity of the experiment, and cannot be uncertain"
         require(not (is_whole(key) or key.startswith("run.")), key, None, allowed)
         value = base_values(self._base, [key])[key]
         is_number = isinstance(value, float) and np.isfinite(value)
@@ -387,7 +387,7 @@ def names_of(run: Result) -> tuple[tuple[str, str], ...]:
 
 
 def values_of(run: Result) -> FloatArray:
-    """Return peaks and first pulses of contacts, gauges, the wave, in SI units; NaN for none."""
+    """Return peaks and first pulses of contacts, gauges, the wave, in SI units; NaN if missing."""
     first, wave = run.first_columns, run.usual_wave
     of_contacts = np.array([run.peak_force, *(first[name] for name in _OF_PULSE)])
     of_gauges = [

@@ -148,7 +148,7 @@ class Validation(ShownVerdict):
 
     @property
     def verdict(self) -> str:
-        """``fail`` if a number differs; ``undecided`` if none could; otherwise ``pass``."""
+        """``fail`` if a number differs; ``undecided`` if no number could; otherwise ``pass``."""
         if len(self.differing):
             return "fail"
         return "pass" if len(self.tested) else "undecided"

@@ -73,7 +73,7 @@ class Comparison(ShownVerdict):
 
     @property
     def lammps(self) -> Result | None:
-        """Result of LAMMPS; None where it was not asked for or did not run."""
+        """Result of LAMMPS; None if it was not requested or did not run."""
         return self.results.get("lammps")
 
     @property
@@ -197,7 +197,7 @@ def _compared(
     as_written: bool,
     report_progress: Callable[[str], object],
 ) -> Comparison:
-    """As ``compare``, with the engines by name."""
+    """Compare as ``compare`` does, with the engines by name."""
     reference = _reference(given)
     report_progress("native: the reference method")
     native = reference.run(scene, record)
@@ -206,7 +206,7 @@ def _compared(
     if as_written or is_quickly_written(native):
         report_progress("native: Eq. 1 as it is written")
         check = as_written_check(native, reference.time_limit)
-        if as_written or check.measured is not None:  # a time limit is no verdict on what passed
+        if as_written or check.measured is not None:  # a time limit is not a verdict on what passed
             checks.append(check)
     else:
         report_progress("native: Eq. 1 as it is written takes long; ask for it with --as-written")
@@ -229,7 +229,7 @@ def _compared(
             if isinstance(problem, OverlapTooLarge | TooExpensive):
                 continue
         if isinstance(engine, Lammps):
-            report_progress("LAMMPS: what it makes of the deck")
+            report_progress("LAMMPS: reading the deck back")
             checks += examined(scene, engine)
         if name in results:
             if results[name].scheme == "velocity-verlet":

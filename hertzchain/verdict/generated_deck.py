@@ -19,7 +19,7 @@ from hertzchain.verdict.check import Check, Kind, unmeasured, within
 
 _ENGINE = "lammps"
 _ADVICE = (
-    "what LAMMPS made of the deck is not the scene: `hertzchain deck` writes the deck,"
+    "LAMMPS built something other than the scene from the deck: `hertzchain deck` writes the deck,"
     " `hertzchain lint` points at what is wrong in it"
 )
 NOT_EXAMINED = Kind("not examined", _ADVICE)

@@ -144,7 +144,7 @@ class Judgement(ShownVerdict):
 
     @property
     def compared_with(self) -> str:
-        """What the peaks were compared with, ``largest forces`` or ``first pulses``."""
+        """Kind of expected peaks: ``largest forces`` or ``first pulses``."""
         return "first pulses" if self.of_first_pulses else "largest forces"
 
     @property

@@ -199,7 +199,7 @@ _PLACES, _FORCES = (("x", "y", "z"), ("xu", "yu", "zu")), (("fx", "fy", "fz"),)
 
 
 def is_dump(text: str) -> bool:
-    """Return whether the text of a file is that of a dump of LAMMPS."""
+    """Return whether the text of a file is a LAMMPS dump."""
     return text[:1000].lstrip()[:5] == "ITEM:"
 
 
@@ -368,7 +368,7 @@ def _of_files(scene: Scene, paths: Sequence[Path], units: str, dt: float | None)
             allowed = "is not a text file: a spreadsheet is saved as CSV first"
             raise SceneError("", None, allowed, file=path)
         if not is_dump(text) and len(paths) > 1:
-            allowed = "is no dump of LAMMPS: several files must be the frames of one dump"
+            allowed = "is not a LAMMPS dump: several files must be the frames of one dump"
             raise SceneError("", None, allowed, file=path)
         texts.append(text)
     if is_dump(texts[0]):
@@ -544,7 +544,7 @@ def _other_numbers(contacts: FloatArray, first: int, last: int) -> str:
 
 
 Results = Annotated[Path | str | Sequence[Path | str] | Mapping[int, float] | ArrayLike, read]
-"""What can be judged; pandas tables are array-like, too."""
+"""Values that can be judged; pandas tables are array-like, too."""
 
 
 def judge(

@@ -35,8 +35,8 @@ REFERENCE_ERROR = Kind(
 )
 AS_WRITTEN = Kind(
     "compiled against Eq. 1 as written",
-    "do not use this result; the compiled loops and hertzchain/engines/native/equations.py do not"
-    " say the same: please report the scene",
+    "do not use this result; the compiled loops and hertzchain/engines/native/equations.py"
+    " disagree: please report the scene",
 )
 
 _COMPARED_ERROR = 0.1
@@ -182,7 +182,7 @@ SAME_STEPS_REFUSED = Kind("same steps")
 
 MOMENTUM = Kind(
     "momentum [N s]",
-    "do not use this result; what it was pushed with is not the pulse, or it was lost on the way",
+    "do not use this result; the applied momentum is not that of the pulse, or momentum was lost",
 )
 ENERGY = Kind(
     "energy [J]",
@@ -414,8 +414,8 @@ def balance_checks(result: Result) -> list[Check]:
 def _impulse_error(result: Result) -> float:
     """Upper bound of the error of velocity Verlet's impulse on the ramps [N s].
 
-    It is that of the trapezoidal rule, dt^2/12 times the change of the rate over a ramp (Euler and
-    Maclaurin), with a tenth for higher orders; 0 on a ramp whose two halves are alike.
+    The error is that of the trapezoidal rule: dt^2/12 times the change of the rate over a ramp
+    (Euler and Maclaurin), plus a tenth for higher orders; 0 on a ramp whose two halves are alike.
     """
     changes = (
         float(ramp.force_rate(ramp.end) - ramp.force_rate(ramp.start))

@@ -111,7 +111,7 @@ def is_traces(names: Sequence[str], columns: Mapping[str, str]) -> bool:
 
 
 def names_in(results: Source) -> Sequence[str]:
-    """Return the names of the columns of a file or table; none where it is neither."""
+    """Return the names of the columns of a file or table; empty for anything else."""
     try:
         return _columns_of(results).names
     except (HertzchainError, TypeError):
@@ -259,11 +259,11 @@ def gauge_of(role: str, scene: Scene) -> Gauge:
     require(_SENSOR.fullmatch(role) is not None, "column", role, allowed)
     kind, _, number = role.partition("_")
     if role == "near_wall":
-        allowed = "is no gauge of a scene without [near_wall]"
+        allowed = "is not a gauge of a scene without [near_wall]"
         require(scene.near_wall is not None, role, None, allowed)
         return Gauge(contact=1)
     if kind == "wall":
-        allowed = "is no gauge of a scene without [wall]"
+        allowed = "is not a gauge of a scene without [wall]"
         require(scene.wall is not None, "wall", None, allowed)
         return Gauge(contact=scene.last_contact)
     gauge = Gauge(granule=int(number)) if kind == "gauge" else Gauge(contact=int(number))
@@ -284,7 +284,7 @@ _SHIFTS_PER_WIDTH = 10
 """Steps of the search for the shift for each width; least squares find the rest."""
 
 _DRIFT_DEVIATIONS = 5.0
-"""Slope of differences over its deviation by white noise from which on it is no chance (chosen)."""
+"""Slope of differences, over its deviation by white noise, above which it is real (chosen)."""
 
 
 FEWEST_SAMPLES = 8

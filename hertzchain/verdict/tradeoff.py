@@ -61,7 +61,7 @@ class Contender:
 def contenders(scene: Scene) -> tuple[Contender, ...]:
     """Return all contenders of a scene, in the order of the report.
 
-    A further contender is an entry here, a further way is a name in ``WAYS`` and ``report.style``.
+    A new contender needs an entry here; a new way needs a name in ``WAYS`` and in ``report.style``.
     """
     steps = {name: _halvings(*ends) for name, ends in _STEPS.items()}
     steps["reference"] = steps["reference"][::2]
@@ -146,7 +146,7 @@ def _rk4(scene: Scene, step: float) -> Outcome:
 def _scipy(scene: Scene, rtol: float) -> Outcome:
     """Run SciPy's DOP853 from corner to corner of the pulse, without an error estimate.
 
-    With terms it ends at each contact that opens or closes, too.
+    Beyond a uniform chain it also ends where a contact opens or closes.
     """
     from hertzchain.engines.native.as_written import simulate_in_scipy
 
@@ -245,7 +245,7 @@ def tradeoff(
     """Measure error and cost of every contender on a scene.
 
     ``engines`` has names of ``WAYS``. Each setting is repeated for ``enough`` seconds in each
-    round, or runs once for 0. RunFailed if the reference method fails, so that there is no truth.
+    round; with 0 it runs once. RunFailed if the reference method fails.
     """
     for name in engines:
         require(name in WAYS, "engine", name, f"must be one of {', '.join(WAYS)}")

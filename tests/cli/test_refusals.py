@@ -54,7 +54,7 @@ tradeoff scene.toml --plot plot.xyz => plot.xyz; png; svg
 judge scene.toml peaks.csv --tolerance 0 => tolerance
 judge scene.toml peaks.csv --dt '1 s' => unstable
 judge scene.toml peaks.csv --column F => --column F: must be NAME=VALUE
-judge scene.toml peaks.csv peaks.csv => peaks.csv; is no dump of LAMMPS
+judge scene.toml peaks.csv peaks.csv => peaks.csv; is not a LAMMPS dump
 judge scene.toml none.csv => none.csv; cannot be read
 judge scene.toml peaks.csv --report report.pdf => report.pdf; .html or .htm
 judge scene.toml in.steel_plain => in.steel_plain: is a LAMMPS input
@@ -87,9 +87,9 @@ sweep scene.toml -o out GRID --rtol 1e-30 => rtol = 1e-30: must be
 sweep scene.toml -o out GRID --time-limit '-1 s' => --time-limit = '-1 s'
 sweep scene.toml -o out GRID --backend native --backend native => must not be given twice
 sweep scene.toml -o out GRID --scheduler abc => the scheduler 'abc' cannot be
-sweep scene.toml -o out.csv GRID => is to be a folder
+sweep scene.toml -o out.csv GRID => must be a folder
 sweep scene.toml -o scene.toml/out GRID => cannot be made
-plot swept --x lm --y p => lm: is no column; scene, backend, chain.granules
+plot swept --x lm --y p => lm: is not a column; scene, backend, chain.granules
 plot swept --x LM_ratio --y profile => shock.profile: is text; --colour
 plot swept --x backend --y p => backend: is text
 plot swept --x LM_ratio --y p --colour failure => cannot be a colour
@@ -99,8 +99,8 @@ plot swept --x LM_ratio --y p -o plot.gif => plot.gif; png; svg
 plot swept --x LM_ratio --y p -o scene.toml/plot.png => scene.toml/plot.png: cannot be written
 plot swept --x LM_ratio --y p --where profile => --where profile; NAME=VALUE
 plot swept --x LM_ratio --y p --where backend=native --where backend=lammps => --where backend; twice
-plot . --x LM_ratio --y p => .: is no sweep, must be what hertzchain sweep -o wrote
-plot no --x LM_ratio --y p => no: is no sweep, must be what hertzchain sweep -o wrote
+plot . --x LM_ratio --y p => .: is not a sweep, must be what hertzchain sweep -o wrote
+plot no --x LM_ratio --y p => no: is not a sweep, must be what hertzchain sweep -o wrote
 plot begun --x LM_ratio --y p => not measured yet
 fit scene.toml tiny.csv --free chain.density => peak forces: must be from 1e-60 to 1e+60 N
 pulse scope.csv => column 2 (CH1) is in V; --scale

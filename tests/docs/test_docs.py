@@ -40,7 +40,7 @@ PROCESSES = {"tutorial.md": 1}
 quicker."""
 
 BY_SPHINX = {"{toctree}", "{commands}", "{code-map}", "{eval-rst}", "{glossary}"}
-"""What is no code: Sphinx makes something of it, or says that it cannot."""
+"""What is not code: Sphinx makes something of it, or says that it cannot."""
 
 TOKEN = re.compile(
     r"\.\.\.|[-+]?(?:\d{1,3}(?:,\d{3})+|\d+)(?:\.\d+)?(?:[eE][-+]?\d+)?(?![\w])|\w+|\S"

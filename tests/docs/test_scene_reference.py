@@ -50,7 +50,7 @@ MORE = {
     "[shock], a piston": {"profile", "file"},
     "[shock], a sine": {"profile"},
 }
-"""Keys that are no numbers of a part."""
+"""Keys that are not numbers of a part."""
 
 
 @dataclass(frozen=True)
@@ -100,7 +100,7 @@ def test_the_keys_are_those_that_the_reader_knows(section: str) -> None:
 
 
 def key_of(row: Row) -> Key | None:
-    """What the code says of a key; None for one that is no number of a part."""
+    """What the code says of a key; None for one that is not a number of a part."""
     of_segment = row.section == "[[chain.segments]]"
     return key_named(f"{'chain.segments.1' if of_segment else row.name.strip('[')}.{row.key}")
 

@@ -260,7 +260,7 @@ def is_as_expected(name: str, done: hc.DeckExamination) -> None:
 
 @pytest.mark.parametrize("name", OF_SCENES)
 def test_a_deck_of_another_scene(name: str) -> None:
-    """The effect of the number is what it changes in the reference; the motion is no finding."""
+    """The effect of the number is what it changes in the reference; the motion is not a finding."""
     deck, change, old, new = OF_SCENES[name]
     scene = scene_of(deck)
     other = replace(scene, **change)

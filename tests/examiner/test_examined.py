@@ -1,4 +1,4 @@
-"""What an examination says as a whole: the fixed text, rows that are no chain, decks that stop."""
+"""What an examination says as a whole: the fixed text, decks that are not chains, or that stop."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ def test_rows(sideways: FloatArray, kind: str, scene: hc.Scene, right: FoundDeck
     across = np.outer(sideways * 9.5e-3, [0.0, 1.0])
     done = examined(scene, changed(right, is_chain=False, sideways=across))
     (check,) = done.to_correct
-    assert check.sentence == f"the deck is no chain: its 20 granules {kind}"
+    assert check.sentence == f"the deck is not a chain: its 20 granules {kind}"
     assert done.findings[0].checks == (check,)
     assert done.to_dict()["findings"][0]["correction"] is None
     assert done.small == ()

@@ -129,6 +129,7 @@ def test_rows_are_no_chain(tmp_path: Path) -> None:
     deck.write_text(ROWS.replace("run 1000", "run 250000000"), encoding="utf-8")
     examined = hc.examine(scene_of("steel"), deck)
     (check,) = examined.to_correct
-    assert check.sentence == "the deck is no chain: its 80 granules lie in 4 rows of 20, not in one"
+    said = "the deck is not a chain: its 80 granules lie in 4 rows of 20, not in one"
+    assert check.sentence == said
     assert check.place.line == 10
     assert examined.contents.runs == ()

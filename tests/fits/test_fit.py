@@ -390,7 +390,7 @@ def test_values_that_stand_at_an_end_are_refused() -> None:
 
 
 def test_values_near_an_end_have_an_interval_within_it(monkeypatch: pytest.MonkeyPatch) -> None:
-    """E = 0.998 in noise: 1 and more is no restitution."""
+    """E = 0.998 in noise: 1 and more is not a restitution."""
     runs: list[object] = []
 
     def counted(*how: Any) -> Any:

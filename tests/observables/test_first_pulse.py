@@ -259,7 +259,7 @@ TWO = replace(
 
 
 def test_forces_over_time() -> None:
-    """Of the mean of two recorded contacts; in JSON, too; the static force is no part of it."""
+    """Of the mean of two recorded contacts; in JSON, too; the static force is not part of it."""
     scene = replace(SCENES["pressed"], gauges=(hc.Gauge(granule=5), hc.Gauge(contact=4)))
     result = hc.Native().run(scene, record=400)
     traces = result.to_traces()

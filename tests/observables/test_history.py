@@ -228,7 +228,7 @@ def test_force_over_time_needs_a_contact_and_a_record(filmed: hc.Result) -> None
 
 @pytest.mark.parametrize("samples", [11, 12, 17, 31])
 def test_impulse_of_a_bounce_off_a_wall(samples: int) -> None:
-    """The wall is touched from 0.37 to 2.37, which are no times of samples."""
+    """The wall is touched from 0.37 to 2.37, which are not times of samples."""
     time = np.linspace(0.0, 3.0, samples)
     passed = time - 1.37
     overlap = 1 - passed**2

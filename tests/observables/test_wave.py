@@ -130,7 +130,7 @@ def steady_wave(granules: int, p: int, peaked_until: int | None = None) -> Solit
     ("granules", "peaked_until", "speed"),
     [
         *((granules, None, 0.25) for granules in (40, 21, 14, 13)),
-        # From contact 10; the one at the free end, N, peaks early and is no measure.
+        # From contact 10; the one at the free end, N, peaks early and is not a measure.
         *((granules, None, None) for granules in (11, 12)),
         (40, 12, 0.25),
         (40, 11, None),

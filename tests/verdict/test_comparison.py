@@ -35,7 +35,7 @@ def failed(checks: Sequence[Check]) -> set[str]:
 OF_NATIVE = ["native: the reference method", "native: Eq. 1 as it is written"]
 OF_LAMMPS = [
     "LAMMPS: the generated deck",
-    "LAMMPS: what it makes of the deck",
+    "LAMMPS: reading the deck back",
     "native: velocity Verlet at the steps of LAMMPS",
 ]
 """What is said while a scene is compared."""

@@ -95,7 +95,7 @@ def test_both_sides_of_what_is_allowed(name: str) -> None:
 
 
 def test_an_applied_force_is_that_of_one_time() -> None:
-    """Readings may lie next to the peak: the largest of them is none of the scene's."""
+    """Readings may lie next to the peak: the largest of them is not a peak of the scene."""
     (force,) = (
         check for check in number_checks(SCENE, right()) if check.kind.name == "applied force [N]"
     )

@@ -83,7 +83,7 @@ def test_a_mistake_is_caught_and_named(mistake: Mistake) -> None:
         innocent -= {APPLIED}
     assert wrong & innocent == set()
     if mistake.what == "peaks of samples only, everywhere":
-        # Both backends agree then; the reference is no yardstick any more.
+        # Both backends agree then; the reference is no longer a yardstick.
         assert wrong == {mistake.check}
 
 

@@ -324,7 +324,7 @@ def test_a_tolerance_is_ten_times_the_error_of_the_reference() -> None:
 @pytest.mark.parametrize(("sampling", "named"), [(None, False), (5e-4, True)])
 def test_a_cause_leaves_what_is_allowed_with_samples(sampling: float | None, named: bool) -> None:
     scene = paper_scene("cosine", 1.0, 2.0, 10)
-    # A slow wave over the contacts is no noise; its root mean square is 7e-4.
+    # A slow wave over the contacts is not noise; its root mean square is 7e-4.
     wave = 1 + 1e-3 * np.cos(np.linspace(0, 2 * np.pi, 9))
     peaks = 1e-3 * hc.Native("reference").run(scene).peak_force * wave
     errors = None if sampling is None else np.full(9, sampling)

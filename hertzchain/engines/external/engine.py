@@ -106,7 +106,7 @@ class ExternalEngine(ABC):
         return _Runner(scene, self, self.code_of(scene, deadline), deadline)
 
     def run(self, scene: SceneLike, record: ArrayLike | None = None) -> Result:
-        """Simulate a scene; arguments and errors are those of ``Native.run``, and two more.
+        """Simulate a scene; arguments and errors are as for ``Native.run``, and two more.
 
         Raises
         ------

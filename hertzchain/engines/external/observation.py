@@ -150,7 +150,7 @@ def samples(
     if held.wall is not None:
         last = position[:, -1:] + at_rest.diameter[-1] / 2 - held.wall
         overlap = np.concatenate([overlap, last], axis=1)
-    # Granules that only touch may overlap by rounding of their positions; this is no contact.
+    # Granules that only touch may overlap by rounding of their positions; this is not a contact.
     pressed = overlap > np.finfo(np.float64).eps * np.max(np.abs(at_rest.position))
     net = force - held.acceleration * at_rest.moving_mass
     net[:, 1:2] -= held.second_force
@@ -242,9 +242,9 @@ def refuse_large(legs: Sequence[Leg], strides: Sequence[int], granules: int) -> 
 class Observation:
     """Observes a run of the scene that a code was given, in the units of the true scene.
 
-    Scene and legs are the true ones; ``made`` relates them to the similar ones that the code was
-    given; ``times`` are those of a history [s], if one is wanted; ``code`` is the name in messages;
-    ``first``: first pulses are wanted.
+    Scene and legs are the true ones; ``made`` relates them to the similar scene that the code runs;
+    ``times`` are the instants of a history [s], if it is wanted; ``code`` is the name in messages;
+    with ``first``, first pulses are wanted.
     """
 
     def __init__(
@@ -322,9 +322,7 @@ class Observation:
         """
         wanted = count_readings(self.legs, strides)
         if len(arrays) != wanted:
-            raise RunFailed(
-                f"{self.code} left {len(arrays)} readings, not the {wanted} it was asked for"
-            )
+            raise RunFailed(f"{self.code} wrote {len(arrays)} readings in place of {wanted}")
         self.begin(at_rest)
         at = 0
         for number, (leg, stride) in enumerate(zip(self.legs, strides, strict=True)):

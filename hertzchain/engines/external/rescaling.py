@@ -141,9 +141,10 @@ def round_off(
 ) -> float:
     """Upper bound of the relative error of the peaks by absolute coordinates.
 
-    The arguments are the peak forces of all contacts [N], a wall's the last, and the displacements
-    at the end of the true scene [m], shape (granules,). The smallest judged peak loses most. The
-    last granule of a plain scene is only pushed forwards, so that it moves farthest.
+    The arguments are the peak forces of all contacts [N], with the wall's contact last, and the
+    displacements at the end of the true scene [m], shape (granules,). The smallest judged peak
+    loses most. The last granule of a plain scene is only pushed forwards, so that it moves
+    farthest.
     """
     judged = judged_contacts(peak_force)
     overlaps = hertz.overlap_of(scene.granules.stiffness, peak_force)
@@ -188,8 +189,8 @@ def _expected(scene: Scene) -> tuple[float, float, float]:
     others = np.abs(scene.granules.velocity[1:])
     thrown = float(np.max(others, initial=0.0)) / scene.units.velocity
     flight = max(2.0 * min(1.0, scene.momentum_ratio), thrown) * scene.end_time / scene.units.time
-    # Largest force and smallest peak expected with terms [units of force] (chosen): a wall doubles
-    # a wave
+    # Largest force and smallest peak expected beyond a uniform chain [units of force] (chosen): a
+    # wall doubles a wave
     return (
         _overlap(3.0 * float(stiffness[first] / np.min(stiffness))),
         _overlap(0.05 * float(stiffness[first] / np.max(stiffness))),
@@ -227,7 +228,7 @@ def _lowest_peak(scene: Scene) -> float:
 
 
 def _flight(scene: Scene) -> float:
-    """Estimated way of the last granule: with the chain, and ahead of it after the wave."""
+    """Estimate the displacement of the last granule, with the chain and ahead of it."""
     units, end = scene.units, scene.end_time
     chain = math.fsum(
         ramp.impulse * (end - (ramp.start + ramp.end) / 2)

@@ -80,7 +80,7 @@ def extrapolation_safety(
         by_chance += 4.0 * touch_error(scene, legs, peaks)
         return error_bound.SAFETIES[f"extrapolated, {flies}"], by_chance
     if error_bound.amplifies_errors(scene) or rising:
-        # Steps of a leg in the finest of three runs: with fewer, errors are no power of dt yet
+        # Steps of a leg in the finest of three runs: with fewer, errors follow no power of dt
         few = max(leg.steps for leg in legs) < 16
         kind = "extrapolated, hard" + ", few steps" * few
         return error_bound.SAFETIES[kind], 0.05 * math.pow(dt, 2.5)

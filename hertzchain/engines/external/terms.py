@@ -86,7 +86,7 @@ def refuse_long(what: str, scene: Scene) -> None:
 def materials_of(code: str, granules: Granules) -> tuple[list[Material], list[int]]:
     """Materials in their order along the chain, and for each granule the number of its material.
 
-    RunFailed for more of them than a deck of the code can have.
+    RunFailed if there are more kinds than a deck of the code can have.
     """
     columns = granules.young_modulus.tolist(), granules.poisson_ratio.tolist()
     materials, numbers = numbered(list(zip(*columns, strict=True)))
@@ -99,7 +99,7 @@ def materials_of(code: str, granules: Granules) -> tuple[list[Material], list[in
 
 
 def numbered(kinds: Sequence[_Kind]) -> tuple[list[_Kind], list[int]]:
-    """Kinds of granules in their order along the chain, and each granule's number of its kind."""
+    """Return the kinds of granules, in order along the chain, and each granule's kind number."""
     numbers = {kind: k for k, kind in enumerate(dict.fromkeys(kinds), start=1)}
     return list(numbers), [numbers[kind] for kind in kinds]
 

@@ -85,7 +85,7 @@ def module(deadline: Deadline) -> Program:
 
 
 def find_mpiexec(lmp: str) -> str | None:
-    """Return the mpiexec in the folder of a LAMMPS binary, or on the search path; None for none."""
+    """Return the mpiexec in the folder of a LAMMPS binary, or on the search path, or None."""
     program = shutil.which(lmp)
     beside = None if program is None else shutil.which("mpiexec", path=Path(program).parent)
     mpiexec = beside or shutil.which("mpiexec")

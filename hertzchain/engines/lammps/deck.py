@@ -162,8 +162,8 @@ def granules(scene: Scene, pair_style: str) -> list[str]:
 class _Kind:
     """A type of granules; with radius [m] and density [kg/m^3] if its contacts need the mass.
 
-    ``bonds`` has A / sqrt(R*) behind and ahead of it [Pa], where contacts were measured, and which
-    of three neighbours it is: so a pair of types is one contact.
+    Where contacts were measured, ``bonds`` has A / sqrt(R*) of the contacts behind and ahead [Pa],
+    and the granule's place modulo 3: so a pair of types is one contact.
     """
 
     young_modulus: float

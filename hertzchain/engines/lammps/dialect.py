@@ -212,7 +212,7 @@ def oldest(scene: Scene) -> tuple[str, str] | None:
 
 
 def _restitutions(scene: Scene) -> dict[str, float]:
-    """Return restitutions by their variables in a deck; none without that damping."""
+    """Return restitutions by their variables in a deck; empty without that damping."""
     contact = scene.contact
     if contact is None or contact.restitution is None:
         return {}
@@ -270,7 +270,7 @@ def by_version(scene: Scene) -> list[str]:
 def damping_of(contact: Contact, restitution: str = "restitution") -> tuple[str, str]:
     """Return the second number of a normal law, and the words after the tangential law.
 
-    A restitution, whose variable is named, and its option are those of ``by_version``. In the
+    The restitution, in the named variable, and its option come from ``by_version``. In the
     number ``{k}`` and ``{mass}`` stand for the names of 4/3 E* and m* of the pair, where it depends
     on them.
     """

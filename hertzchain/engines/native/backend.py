@@ -172,7 +172,7 @@ class Native:
     def prepared_run(
         self, scene: Scene, record: ArrayLike | None = None, prepared: Prepared | None = None
     ) -> Result:
-        """As ``run``, where it is known which forces are wanted, of a scene prepared for it."""
+        """Run a scene as ``run`` does, prepared if its wanted forces are known."""
         refuse_hopeless_overlap(scene)
         error_bound.refuse_strong_dampers(scene)
         import hertzchain.engines.native.elastic  # noqa: F401 - loaded before any clock starts
@@ -186,7 +186,7 @@ class Native:
         self, scene: Scene, record: ArrayLike | None, preparation: Watched, prepared: Prepared |
         None,
     ) -> Result:  # fmt: skip
-        """As ``run``; the time to prepare kernels is measured in ``preparation``."""
+        """Run a scene as ``run`` does; ``preparation`` measures the time to prepare kernels."""
         begin = time.perf_counter()
         deadline = Deadline(self.time_limit, lambda: preparation.time)
         chooses = self.method in (None, "scipy") and self.dt is None
@@ -405,9 +405,9 @@ def _errors_of_plan(
     Two further runs are made where a contact is still pressed at the end: forces at one time vary
     erratically with the step, one difference may be small by chance, and none falls with a power of
     the step. The same holds for rounding errors that collisions amplify: two runs are made for
-    pistons, and for scenes with terms whose plan before was not accurate enough. Without the third
-    run the errors of two of 9,404 random runs were 2 and 3.5 times their bounds, when short legs
-    had as many steps in the second run as in the third.
+    pistons, and for scenes beyond a uniform chain if the plan before was not accurate enough.
+    Without the third run the errors of two of 9,404 random runs were 2 and 3.5 times their bounds,
+    when short legs had as many steps in the second run as in the third.
     """
     coarser = plan.other_legs(legs)
     others = [coarser]

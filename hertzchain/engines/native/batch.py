@@ -1,7 +1,7 @@
 """Many scenes at once, on all cores: peaks of plain ones, and whole results of any.
 
 In natural units a plain scene is given by its profile, LM_ratio, n and N; a batch has arrays of
-these. Scenes with terms make their first two runs in one compiled loop.
+these. Other scenes make their first two runs in one compiled loop.
 """
 
 from __future__ import annotations
@@ -284,7 +284,7 @@ class _Job(NamedTuple):
 
     @property
     def kind(self) -> tuple[Any, ...]:
-        """What is the same for all runs of one call of the kernel."""
+        """Settings shared by all runs of one call of the kernel."""
         prepared, chain = self.prepared, self.chain
         return (
             self.walker, self.rows.shape, prepared.start.shape, prepared.moving,
@@ -296,7 +296,7 @@ class _Job(NamedTuple):
 def _prepared(
     scenes: Sequence[Scene], native: Native, deadline: Deadline, cores: int
 ) -> list[Prepared | None]:
-    """Prepare scenes and make their first two runs; None for those that run by themselves."""
+    """Prepare scenes and make their first two runs; None for scenes that run one by one."""
     prepared: list[Prepared | None] = [None] * len(scenes)
     rtol, jobs, others = native.rtol or RTOL, [], []
     chooses = native.method is None and native.dt is None
@@ -574,7 +574,7 @@ def _in_parts(
 ) -> None:  # fmt: skip
     """Call a function of a slice of scenes and ``control`` of a kernel, on all cores.
 
-    ``looks`` is the number of checks after which a run stops by itself, 0 for none.
+    ``looks`` is the number of checks after which a run stops by itself; 0: it does not stop.
     """
     parts = _parts(scenes, cores)
     control = np.tile([looks, 0.0, 0.0], (len(parts), 1))

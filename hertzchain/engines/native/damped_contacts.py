@@ -255,7 +255,8 @@ def in_wrong_mode(at: Any, on: Any, i: int, idle: float, c: Any) -> bool:
 def cost(d: float, w: float, at_change: Any, late: float, ending: bool, i: int, c: Any) -> float:
     """Error of velocity if contact i keeps its mode for a time ``late`` too long.
 
-    ``at_change`` is overlap and closing speed when it should have changed; d and w are those now.
+    ``at_change`` has overlap and closing speed when the mode should have changed; d and w are the
+    current ones.
     """
     if not ending:
         if at_change[0] > 0.0 and at_change[1] < 0.0:  # it opens, slowly enough to press again
@@ -275,7 +276,7 @@ def cost(d: float, w: float, at_change: Any, late: float, ending: bool, i: int, 
 
 @compiled
 def lateness(d: float, w: float, bend: float, i: int, c: Any) -> float:
-    """How far in time contact i is from the change of its mode, before or after.
+    """Return the time between now and the change of mode of contact i, past or future.
 
     The mode changes where the overlap is 0, or the force if a damper can make it 0 before that.
     """
@@ -444,7 +445,7 @@ def observe(watch: Any, start: Any, end: Any, span: Any, hi: int, c: Any, chosen
 def _is_monotone(rise: float, end_rise: float, grown: float) -> bool:
     """Whether the cubic with these rates, times the step, and this growth has no extremum.
 
-    It tells where an overlap is too small for its digits to give a force within the step.
+    It shows where an overlap is too small for its digits to give a force within the step.
     """
     if rise >= 0.0 and end_rise >= 0.0:
         return max(rise, end_rise) <= 3.0 * grown

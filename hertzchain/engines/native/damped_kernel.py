@@ -102,7 +102,7 @@ RUN = np.dtype(
     + [("fresh", np.bool_)],
     align=True,
 )  # fmt: skip
-"""How far a run has come, and what it has added up.
+"""Progress of a run, and its sums.
 
 How it ended; granules 0 to hi - 1 move; frames of a history, steps, evaluations; changes of modes
 without a step; steps and time of the last look at whether steps advance. Then the next step, the
@@ -142,10 +142,10 @@ class Patch(NamedTuple):
 
 
 class Steps(NamedTuple):
-    """Which steps are taken.
+    """Rules for the choice of steps.
 
-    ``legs``, shape (legs, 8), have the applied force: see ``elastic_chain.START``; steps end where
-    they do, and their numbers of steps have no effect. ``method`` has the coefficients.
+    ``legs``, shape (legs, 8), have the applied force: see ``elastic_chain.START``. A step ends
+    where a leg ends; the column of numbers of steps has no effect. ``method`` has the coefficients.
     ``tolerance`` is the error of a step over the largest speed, which counts as at least
     ``slowest``; ``longest`` the longest step, natural units; ``stable`` that times the rate at
     which dampers stop motions; ``most_work`` the force evaluations of granules after which the run
@@ -310,8 +310,8 @@ def fly_on(u: Any, v: Any, since: Any, time: float, lo: int, hi: int) -> None:
 def gather(c: Any, inside: Any, into: Any, chosen: Any) -> int:
     """Copy the granules of the contacts ``inside``; return their number.
 
-    ``chosen`` is filled in with their numbers. Where the next granule is not one of them, or is
-    that of another cluster, there is no contact.
+    ``chosen`` is filled in with their numbers. Where the next granule is not one of them, or
+    belongs to another cluster, there is no contact.
     """
     many, last = 0, False
     for i in range(c.inverse_mass.size):

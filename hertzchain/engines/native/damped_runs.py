@@ -1,4 +1,4 @@
-"""Scenes with terms by adaptive steps: one run, and runs of a wanted accuracy."""
+"""Scenes beyond the uniform chain by adaptive steps: one run, and runs of a wanted accuracy."""
 
 from __future__ import annotations
 
@@ -78,10 +78,10 @@ def integrate_damped(
 
     ``rows`` are legs of the applied force from ``simulation.leg_rows``; ``start`` is displacement
     and velocity, shape (2, granules), or (0, 0) for a chain at rest; ``tolerance`` is the error of
-    the velocities in a step over the largest velocity. Steps may be ``longer``, at most 1.5 times,
-    than ``longest``, also those that strong dampers allow. The run ends after ``most_work`` force
-    evaluations of a granule; a step counts as further 500. Record, control, watch and usual are as
-    for ``elastic.march``.
+    the velocities in a step over the largest velocity. Steps may exceed ``longest``, also the
+    longest that strong dampers allow, by the factor ``longer``, at most 1.5. The run ends after
+    ``most_work`` force evaluations of a granule; a step counts as further 500. Record, control,
+    watch and usual are as for ``elastic.march``.
     """
     from hertzchain.engines.native import damped_kernel
     from hertzchain.engines.native.damped_kernel import Steps, at_the_start

@@ -60,9 +60,9 @@ def samples_of(
 ) -> Iterator[tuple[Leg, Samples]]:  # fmt: skip
     """The samples of a run, block by block, each with its leg, in natural units.
 
-    The first sample of a block is the last of the block before. They are ``every`` steps apart, and
-    at the ends of legs; by default as in readings of other codes. Forces are computed with the
-    velocities of the samples. The other arguments are those of ``simulate_damped_verlet``.
+    The first sample of a block is the last sample of the block before. They are ``every`` steps
+    apart, and at the ends of legs; by default as in readings of other codes. Forces are computed
+    with the velocities of the samples. The other arguments are those of ``simulate_damped_verlet``.
     """
     from hertzchain.engines.native.damped_verlet_kernel import Walk
 
@@ -98,8 +98,9 @@ def states_of(
 ) -> Iterator[tuple[NDArray[np.intp], FloatArray]]:  # fmt: skip
     """Take equal steps; yield the kept steps and their states, (4, kept, granules), in blocks.
 
-    The first of a block is the last of the block before. States are displacement, velocity,
-    acceleration and force of the contact ahead of each granule, all in the units of ``walk``.
+    The first state of a block is the last state of the block before. States are displacement,
+    velocity, acceleration and force of the contact ahead of each granule, all in the units of
+    ``walk``.
     ``applied`` gives the forces on the pushed granules after some steps, (steps, pushed);
     ``led`` is the displacement of a piston before the first step and after each, unless it follows
     from the velocity of granule 1. Raises TooExpensive.

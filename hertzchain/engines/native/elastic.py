@@ -248,7 +248,7 @@ _IMPACT = 1.3
 wave and its fastest granule (1.01): see ``_strength``."""
 
 _SLOWER = 0.95
-"""What is left behind presses less than this fraction of the peaks that it could raise."""
+"""Granules left behind press less than this fraction of the peaks that they could raise."""
 
 _LOOSENED = 1.2
 """Largest force of a wave at an end whose last granules drift apart, over its height; 1.173
@@ -430,8 +430,8 @@ def march(
     Parameters
     ----------
     steps, chain, start, ending
-        Which steps are taken, and the applied force; the chain of a scene with terms, None for a
-        plain chain; how it starts, and when it ends.
+        The rules for steps, and the applied force; the chain, None if it is uniform; its
+        initial state; the end of the run.
     state, seen, watch
         Filled in, displacement and velocity at the end too, without ``leave_behind``; ``watch``,
         where first pulses are wanted, only with a chain. The state has N + 1 columns.

@@ -18,8 +18,8 @@ from hertzchain.observables.observer import (
 )
 
 DONE, DIVERGED, STOPPED, TOO_MUCH, STUCK = range(5)
-"""How a run ended. The last two occur with adaptive steps: more work than allowed, and steps that
-do not advance."""
+"""Reasons why a run ended. Only adaptive steps have the last two: too much work, and steps that do
+not advance."""
 
 DEEPEST = 60
 """Most halvings of a step; with more, time would not advance."""
@@ -46,13 +46,13 @@ PROGRESS = np.dtype(
     ],
     align=True,
 )  # fmt: skip
-"""What a run has added up: frames of a history, steps, force evaluations; time of its start,
+"""Sums of a run: frames of a history, steps, force evaluations; time of its start,
 applied force of the moment; energy at the start, work, impulses of wall and piston, work that a
 piston did and took, both counted as positive; momentum and energy of what was left behind."""
 
 
 class Steps(NamedTuple):
-    """Which steps are taken.
+    """Rules for the choice of steps.
 
     ``legs``, shape (legs, 8), have the steps and the applied force: see ``elastic_chain.START``;
     ``kicks`` and ``drifts`` are the method: see ``methods.SymplecticNystrom``; ``verlet`` says
@@ -69,7 +69,7 @@ class Steps(NamedTuple):
 
 
 class Record(NamedTuple):
-    """Where to keep a history: the wanted times, (times,), and what is known then, (times, ...)."""
+    """History of a run: the wanted times, (times,), and the motion at these, (times, ...)."""
 
     time: FloatArray
     displacement: FloatArray
@@ -100,7 +100,7 @@ class Motion(NamedTuple):
 class Span(NamedTuple):
     """A step in time: its leg, shape (8,), begin, end to the last digit, and length.
 
-    ``off`` is that of ``motion_of_granule``.
+    For ``off`` see ``motion_of_granule``.
     """
 
     leg: FloatArray
@@ -111,7 +111,7 @@ class Span(NamedTuple):
 
 
 class Start(NamedTuple):
-    """How a chain starts.
+    """Initial state of a chain.
 
     ``motion`` has displacement and velocity, shape (2, N), or (0, 0) for a chain at rest;
     ``moving`` is the number of granules that may move at the start, N for a run without a front.

@@ -108,7 +108,7 @@ class Chain(NamedTuple):
 
     @property
     def has_wall(self) -> bool:
-        """Whether the last contact is that with a wall."""
+        """Whether the last contact is a wall's."""
         return self.stiffness.size == self.inverse_mass.size
 
     @property

@@ -185,8 +185,8 @@ wanted accuracy.
 """
 
 _LEAST_RTOL_RATIO, _LEAST_RTOL_RATIO_WITH_TERMS = 1e-3, 1e-5
-"""Least ratio of a further plan's accuracy to that of the plan before. With terms errors fall in
-proportion to it: eight long runs of dimers needed a third fewer plans.
+"""Least ratio of a further plan's accuracy to that of the plan before. Beyond a uniform chain
+errors fall in proportion to it: eight long runs of dimers needed a third fewer plans.
 """
 
 _UNREFINED_RTOL = 1e-4

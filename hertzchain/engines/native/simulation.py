@@ -97,7 +97,7 @@ def _coefficients(stepper: SymplecticNystrom) -> tuple[FloatArray, FloatArray]:
 def steps_of(rows: FloatArray, walker: Walker, least: float = 1.0) -> Steps:
     """Return the steps of a walker on legs from ``leg_rows``.
 
-    An opening contact costs in proportion to stiffness over mass: ``least`` is that of ``softest``.
+    An opening contact costs in proportion to stiffness over mass; ``least`` comes from ``softest``.
     """
     from hertzchain.engines.native.elastic_chain import Steps
 
@@ -164,7 +164,7 @@ class Simulation:
 
     @classmethod
     def of(cls, outcome: Outcome, displacement: Any, velocity: Any, peaks: Peaks) -> Simulation:
-        """Return what a compiled run found."""
+        """Return the results of a compiled run."""
         numbers = outcome._asdict()
         del numbers["granule_evaluations"]
         return cls(displacement, velocity, peaks, **numbers)
@@ -298,7 +298,7 @@ class Prepared:
 
 
 def key_of(rows: FloatArray, walker: Walker) -> tuple[bytes, Walker]:
-    """Return what tells one run of a scene from another: its legs for the kernels, and how."""
+    """Return the properties that distinguish runs of a scene: legs for kernels, and the method."""
     return rows.tobytes(), walker
 
 
@@ -313,8 +313,8 @@ def _least_time(scene: Scene, rows: FloatArray, stages: int, leave_behind: bool)
 
     While the force acts no granule is dropped, and the front moves along the chain with at least
     half the speed of a wave as strong as the shock (measured). Under a pulse table, which may push
-    late and weakly, only the first granule is certain to move. With terms but without constant
-    forces steps cost nothing while all granules fly.
+    late and weakly, only the first granule is certain to move. Free
+    flight of all granules is skipped at no cost if there are no constant forces.
     """
     granules = scene.bodies
     single = is_single_pulse(scene)
@@ -338,7 +338,7 @@ def finished(
     run: Callable[[], tuple[Simulation, Watch | None]], control: FloatArray, deadline: Deadline,
     is_long: bool = False,
 ) -> Simulation:  # fmt: skip
-    """Return what a compiled run saw, with its first pulses; long runs are ``stoppable``.
+    """Return the records of a compiled run, with its first pulses; long runs are ``stoppable``.
 
     A run that becomes long, as with many halved steps, begins again. Raises StepUnstable if the
     motion diverges.

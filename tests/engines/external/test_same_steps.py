@@ -82,7 +82,7 @@ def refuse_other_motion(engine: Any, scene: hc.Scene) -> None:
     allowed = 1e-9 + run.round_off(scene)
     assert largest(run.displacement, native.displacement, unit.length) < allowed
     assert largest(run.velocity, native.velocity, unit.velocity) < allowed
-    # Native interpolates with velocities that are no slopes of its displacements: 0.05 dt^4, 8e-9.
+    # Native interpolates with velocities that are not slopes of its displacements: 0.05 dt^4, 8e-9.
     # Damped contacts are looked at after the same steps.
     between = 2e-8 if scene.contact is None else 0.0
     assert largest_difference(run.peaks.force, native.peak_force) < allowed + between

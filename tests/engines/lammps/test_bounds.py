@@ -72,7 +72,7 @@ EXTRAPOLATED = hc.Lammps(rtol=3e-3, extrapolated=True, wanted="all")
             pytest.param(GAPS, hc.Lammps(rtol=1e-3, extrapolated=e), 0.0, marks=pytest.mark.slow)
             for e in (False, True)
         ),
-        # The error of a contact that closes within a step is no power of the step.
+        # The error of a contact that closes within a step does not follow a power of the step.
         (lasting(TWO_GAPS), EXTRAPOLATED, 1e-4),
         # Three extrapolations within a fifth of the error of the last, 1.0014 of the bound once.
         (FLYING, hc.Lammps(rtol=3.35e-3, extrapolated=True), 7e-4),

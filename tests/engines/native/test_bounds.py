@@ -188,7 +188,7 @@ def test_an_extrapolated_maximum_with_a_rival_is_told(monkeypatch: pytest.Monkey
 )
 @pytest.mark.parametrize("kind", KINDS)
 def test_random_scenes(kind: str, numbers: range) -> None:
-    """Native at an accuracy, a batch, and any method with any step; refusals are no error."""
+    """Native at an accuracy, a batch, and any method with any step; refusals are not errors."""
     judged = 0
     for number in numbers:
         rng = np.random.default_rng([7, list(KINDS).index(kind), number])

@@ -1,4 +1,4 @@
-"""Lint on whole decks: right ones, ones in another style, and ones that are no chain."""
+"""Lint on whole decks: right ones, ones in another style, and ones that are not chains."""
 
 from __future__ import annotations
 
@@ -133,8 +133,8 @@ OTHERS = {
     "one granule on a plate": ("it has one granule", HEAD + "create_atoms 1 single 0.5 0.5 0.5\n"
         "set group all diameter 0.1\nset group all density 2500\n"
         f"fix plate all wall/gran {CLASSIC} zplane 0 NULL\nrun 100\n"),
-    "atoms": ("its atoms are no spheres", LIQUID),
-    "peridynamics": ("its atoms are no spheres", LIQUID.replace("lj/cut 2.5", "peri/pmb")
+    "atoms": ("its atoms are not spheres", LIQUID),
+    "peridynamics": ("its atoms are not spheres", LIQUID.replace("lj/cut 2.5", "peri/pmb")
         .replace("atomic", "peri")),
     "12,000 granules": ("12000 granules do not lie", HEAD.replace("p p f", "p p p")
         + RANDOM.replace("random 40", "random 6000").replace("0.05", "0.002") + "run 100\n"),
@@ -149,7 +149,7 @@ OTHERS = {
         + "fix m all nve/sphere\nfix w all wall/gran/hertz/history 1 0 zplane 0 NULL 1\n"
         "fix i all pour/dev nparticles 600 massrate 0.1 1\nrun 9\n"),
 }  # fmt: skip
-"""Words for decks that are no chain, and decks as they are published."""
+"""Words for decks that are not chains, and decks as they are published."""
 
 OF_LIGGGHTS = {"meshes", "multisphere", "insert", "pack", "old LIGGGHTS"}
 

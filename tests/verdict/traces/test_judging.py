@@ -96,7 +96,7 @@ OFF: dict[str, tuple[Any, set[str]]] = {
     "a gain": (with_gain, {"first"}),
     "a clock that is fast": (fast, {"width", "time"}),
     "a clock that is known": (late, {"arrival"}),
-    "what is no pulse of the scene": (with_ripple, {"whole"}),
+    "what is not a pulse of the scene": (with_ripple, {"whole"}),
 }
 """Changes of traces, and the kinds of numbers that fail then, besides whole traces."""
 
@@ -257,7 +257,7 @@ def test_what_cannot_be_judged(measured: pd.DataFrame, change: dict[str, Any], w
 
 
 def test_noise_does_not_hide_what_is_clearly_off(measured: pd.DataFrame) -> None:
-    """A gain of 1.3 with a noise that is more than the tolerance is no pass."""
+    """A gain of 1.3 with a noise that is more than the tolerance is not a pass."""
     traces = noisy(measured, 0.1)
     for name in traces.columns[1:]:
         traces[name] *= 1.3

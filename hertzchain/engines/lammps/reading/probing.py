@@ -387,7 +387,7 @@ class Prober:
     def _walls(self, gap: float, time: float) -> tuple[FoundWall, ...]:
         """The walls across the chain, by pushing the granule at each end outwards.
 
-        They are expected behind a gap, and searched up to twice that.
+        A wall is expected behind ``gap``, and searched within twice that distance.
         """
         if not any(fix.is_wall for fix in self.lammps.alive.values()):
             return ()

@@ -98,7 +98,7 @@ class Interpreter:
     The deck has a name, as the user gives it, and a path. Variables replace those of style
     ``index``, as ``-var`` does. The player gives the commands to a LAMMPS that has no box. Files
     are searched in the working folder first, by default only in that of the deck. ``tell`` is
-    called with the place of each command before it is carried out.
+    called with the place of each command before the command is carried out.
     """
 
     def __init__(
@@ -148,11 +148,11 @@ class Interpreter:
 
     @property
     def _is_outside(self) -> bool:
-        """Whether the file that is read is not in the folder of the deck."""
+        """Whether the current file is outside the folder of the deck."""
         return bool(self._files) and self._rules.is_outside(self._files[-1].path)
 
     def _unset_in(self, said: str) -> str:
-        """Return what to do about a variable in an error that has no value; empty for none."""
+        """Return advice on a variable without a value in an error message; empty without one."""
         for name, why in self._rules.unset.items():
             if re.search(rf"({_BEFORE_NAMES}){re.escape(name)}\b", said):
                 return f"variable {name} was left out ({why}): give its value in the deck instead"
@@ -327,7 +327,7 @@ class Interpreter:
             else:
                 raise RunFailed(f"run has no keyword {word}")
         if steps > _MOST_STEPS:
-            raise RunFailed(f"run {values[0]} is no number of steps: at most {_MOST_STEPS}")
+            raise RunFailed(f"run {values[0]} is not a number of steps: at most {_MOST_STEPS}")
         if every is None or every[0] == 0:
             self._take(steps, kept, index)
             return
@@ -378,7 +378,7 @@ def _need(values: list[str], least: int, name: str) -> None:
 def contents_of(probes: Probes, seen: Watched, applied: Applied, backwards: bool) -> FoundDeck:
     """Return the ``FoundDeck`` from probes, the watched run, and applied forces.
 
-    ``backwards`` tells whether granule 1 lies at the largest coordinate.
+    ``backwards`` is true if granule 1 lies at the largest coordinate.
     """
     granules = probes.granules
     sign = -1.0 if backwards else 1.0
@@ -638,7 +638,7 @@ class Reader:
 
 @dataclass(frozen=True, eq=False)
 class Look:
-    """What LAMMPS finds in a deck: all of it for a chain, otherwise what stands before a run."""
+    """Contents of a deck as LAMMPS reads it: the whole deck of a chain, else up to the run."""
 
     commands: tuple[Executed, ...]  # in the order in which they were carried out
     stopped: str  # why LAMMPS stopped after them; empty where it did not
@@ -688,8 +688,8 @@ def look(path: Path, variables: Mapping[str, str], time_limit: float) -> Look:
 class Source:
     """A deck: its name, where it is, the working folder, values of variables, and edits.
 
-    If it ``tells``, each place in the deck is written to standard error, where it remains if the
-    process crashes.
+    With ``tells`` each place in the deck is written to stderr, where it remains if the process
+    crashes.
     """
 
     name: str
@@ -702,7 +702,7 @@ class Source:
 
 @dataclass(frozen=True)
 class Start:
-    """How LAMMPS is started in a separate folder: the Python module, or a binary."""
+    """Way to start LAMMPS in a separate folder: the Python module, or a binary."""
 
     folder: Path
     program: Program | None
@@ -823,7 +823,7 @@ def without_motion(
 
 
 def looked(start: Start, path: Path, folder: Path, variables: Mapping[str, str]) -> Look:
-    """As ``look``, in this process."""
+    """Do the work of ``look`` in this process."""
     source = Source(str(path), folder / path, folder, variables)
     with start.session() as lammps:
         first = First(lammps, Sizes())

@@ -1,7 +1,8 @@
 """A LAMMPS, its Python module or a program, that gets the commands of a deck one by one.
 
-It is queried between commands, and forces are read while it runs: a fix of ours before all fixes of
-the deck reads the forces of contacts alone; one after each fix reads the force that this has added.
+It is queried between commands, and forces are read while it runs. A fix that hertzchain puts before
+all fixes of the deck reads the contact forces alone; one after each fix reads the force that this
+fix has added.
 """
 
 from __future__ import annotations
@@ -49,7 +50,7 @@ class Readings:
 
     ``ids`` is of shape (readings, granules), ``position``, ``velocity`` and ``torque`` (readings,
     granules, 3), ``force`` (readings, hooks, granules, 3): the sum of forces up to each hook. With
-    ``half``, velocities are those of the half step before.
+    ``half``, velocities are from half a step before.
     """
 
     step: NDArray[np.int64]
@@ -95,12 +96,12 @@ class DeckFix:
 
     @property
     def moves(self) -> bool:
-        """Whether it moves granules."""
+        """Whether the fix moves granules."""
         return self.style in MOVES
 
     @property
     def is_wall(self) -> bool:
-        """Whether its force is that of a wall."""
+        """Whether the fix is a wall."""
         return self.style.startswith("wall/")
 
 
@@ -114,10 +115,10 @@ class Session(ABC):
     are files in a folder.
 
     ``fixes`` are all that the deck has made, by the index of their command; ``alive`` those that
-    act now, by their id. ``hooks`` are the fixes of ours between them, with the index of the deck's
-    command before each, None for the first. ``stride`` is the number of steps between two readings;
-    the function that takes readings may change it. ``twice`` also detects a force that comes and
-    goes in step with the readings.
+    act now, by their id. ``hooks`` are the fixes that hertzchain adds between them, with the index
+    of the deck's command before each, None for the first. ``stride`` is the number of steps between
+    two readings; the function that takes readings may change it. ``twice`` also detects a force
+    that comes and goes in step with the readings.
     """
 
     hook_style: str
@@ -133,7 +134,7 @@ class Session(ABC):
 
     @abstractmethod
     def give(self, text: str) -> None:
-        """Give it a command, which is one line."""
+        """Pass a command, which is one line, to LAMMPS."""
 
     @abstractmethod
     def put(self, arrays: Mapping[str, FloatArray]) -> None:
@@ -300,7 +301,7 @@ class Module(Session):
         self._reading = self._second = False
 
     def give(self, text: str) -> None:
-        """Give it a command."""
+        """Pass a command to LAMMPS."""
         one_command(self._lammps, text)
 
     def put(self, arrays: Mapping[str, FloatArray]) -> None:
@@ -485,7 +486,7 @@ class Piped(Session):
             self._lines.close()
 
     def give(self, *commands: str) -> None:
-        """Give it commands, each of which is one line."""
+        """Pass commands to LAMMPS, each of which is one line."""
         process = self._process
         assert process.stdin is not None
         said = ""
@@ -539,7 +540,7 @@ class Piped(Session):
 def _failure(said: str, status: int) -> HertzchainError:
     """Return why LAMMPS has ended, from its last output."""
     if status in _KILLED_STATUSES:
-        return BackendMissing(str(dialect.was_killed()))  # which is no fault of the deck
+        return BackendMissing(str(dialect.was_killed()))  # which is not a fault of the deck
     if dialect.is_out_of_memory(said):
         return dialect.not_enough_memory()
     lines = [line.strip() for line in said.splitlines() if line.strip()]

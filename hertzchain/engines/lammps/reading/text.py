@@ -33,7 +33,8 @@ class Line:
 
 
 Edits = Mapping[tuple[str, int], tuple[str, ...]]
-"""Commands that replace the one at a line of a file, as the deck names it; none removes it."""
+"""Commands that replace the command at a line of a file, as the deck names it; an empty list
+removes it."""
 
 
 @dataclass(frozen=True)
@@ -140,7 +141,7 @@ _LETTERS = frozenset(("Lu", "Ll", "Lt", "Lo", "Mn", "Mc", "Nd"))
 def quoted(text: str) -> str:
     """A text as one word of a command; RunFailed if no quotes of LAMMPS can hold it."""
     if any(not " " <= char <= "~" and unicodedata.category(char) not in _LETTERS for char in text):
-        raise RunFailed(f"{text!a} has a character that is no letter: leave it out")
+        raise RunFailed(f"{text!a} has a character that is not a letter: leave it out")
     if _BARE.fullmatch(text):
         return text
     # LAMMPS evaluates formulas in texts that it prints, and in conditions.
@@ -169,7 +170,7 @@ _NUMBER_FORMAT = r"[-+ 0#]*\d{0,2}(\.\d{0,2})?l{0,2}[diuefgEFG]"
 def check_format(text: str) -> None:
     """Raise RunFailed for a format of C that LAMMPS prints anything but a number with."""
     if re.search(f"%(?!{_NUMBER_FORMAT})", text):
-        raise RunFailed(f"{text} is no format of a number, as %g or %20.15g is")
+        raise RunFailed(f"{text} is not a format of a number, as %g or %20.15g is")
 
 
 def after_quotes(text: str, k: int) -> int:
@@ -238,10 +239,10 @@ MOVES = frozenset(
 """Fixes that move granules."""
 
 LEADS = "move"
-"""The one of them that prescribes the motion of granules, whatever the forces."""
+"""Style of fix that prescribes the motion of granules independently of the forces."""
 
 IGNORES_FORCES = "nve/noforce"
-"""The one of them that keeps the velocities of granules."""
+"""Style of fix that keeps the velocities of granules."""
 
 _FORCES = frozenset(
     ("addforce", "addtorque", "aveforce", "setforce", "freeze", "gravity", "viscous",
@@ -303,15 +304,15 @@ _COMPRESSED = (".gz", ".bz2", ".zst", ".xz", ".lzma", ".lz4", ".Z")
 """Ends of names of files that LAMMPS reads through a shell."""
 
 Given = tuple[list[str] | None, str | None]
-"""Words of the command that LAMMPS is given, None for none; and why it is another one."""
+"""Words of the command for LAMMPS, or None; and the reason for a change."""
 
 
 @dataclass
 class Rules:
     """Decides which commands LAMMPS is given; remembers what was left out.
 
-    Files to be read are searched in several folders, in order: LAMMPS itself only knows the working
-    folder, but users also mean that of the deck, the last one.
+    Files to be read are searched in several folders, in order: LAMMPS searches the working folder
+    only, but users also mean the folder of the deck, which is the last one here.
     """
 
     folders: tuple[Path, ...]
@@ -326,7 +327,7 @@ class Rules:
         if name in _LEFT_OUT:
             return None, _LEFT_OUT[name]
         if not name.replace("_", "").replace("/", "").isalnum():
-            raise RunFailed("is no command of LAMMPS: must be an input script, as lmp -in reads it")
+            raise RunFailed("is not a LAMMPS command: must be an input script, as lmp -in reads it")
         if name not in _CARRIED_OUT:
             raise _refused(name, "commands")
         if name not in ("print", "variable") and any(word.endswith(_COMPRESSED) for word in words):
@@ -434,7 +435,7 @@ _OF_NAMES = dict.fromkeys(map(ord, "._-+/ "), "a")
 
 def _refused(what: str, of: str) -> RunFailed:
     return RunFailed(
-        f"{what} is none of the {of} that are carried out here: leave it out of the deck, if the"
+        f"{what} is not one of the {of} that are carried out here: leave it out of the deck, if the"
         " chain does not need it"
     )
 
@@ -466,7 +467,7 @@ def _create_atoms(words: list[str]) -> Given:
 
 def _timer(words: list[str]) -> Given:
     if "timeout" in words:
-        return None, "the time limit is that of the command line"
+        return None, "the time limit of the command line holds"
     return words, None
 
 
@@ -500,5 +501,5 @@ def steps_of(value: str) -> int:
     """Return a number of steps as a deck gives it; RunFailed for other text."""
     steps = number(value)
     if steps is None or steps < 0 or not steps.is_integer():
-        raise RunFailed(f"run {value} is no number of steps")
+        raise RunFailed(f"run {value} is not a number of steps")
     return int(steps)

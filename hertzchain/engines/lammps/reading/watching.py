@@ -289,7 +289,7 @@ class Playing(ABC):
         self.seen.given.append((index, methodcaller("give", words, index)))
 
     def take(self, steps: int, keywords: str, index: int) -> None:
-        """Have LAMMPS take so many steps, with other keywords of ``run``."""
+        """Let LAMMPS take a number of steps, with other keywords of ``run``."""
         self.lammps.ready()
         if self.moves_ghosts:
             self.lammps.give("comm_modify vel yes")
@@ -305,7 +305,7 @@ class Playing(ABC):
 
     @abstractmethod
     def run(self, text: str, steps: int, index: int, dt: float, first: int) -> int:
-        """Carry out a ``run`` of so many steps after the first; return how many were taken."""
+        """Carry out a ``run`` of some steps after the first; return the number of steps taken."""
 
     def clear(self) -> bool:
         """Forget all before the first run; the deck ends here after it."""
@@ -346,7 +346,7 @@ class Watcher(Playing):
         super().give(words, index)
 
     def run(self, text: str, steps: int, index: int, dt: float, first: int) -> int:
-        """Carry out a ``run``, and read every so many of its steps."""
+        """Carry out a ``run``, and read it at a fixed interval of steps."""
         stride = max(1, min(steps, int(self._between / dt)))
         self.seen.read_every = max(self.seen.read_every, stride)
         if self.lammps.count() != self.probes.granules.count:
@@ -615,7 +615,7 @@ def nothing_applied(granules: Granules) -> Applied:
 
 
 def _needed(force: FloatArray) -> NDArray[np.bool_]:
-    """Tell which readings are not within a stretch of equal force, shape (readings,)."""
+    """Return which readings are outside stretches of equal force, shape (readings,)."""
     changes = np.any(np.diff(force, axis=0) != 0, axis=1)
     kept = np.ones(len(force), bool)
     kept[1:-1] = changes[:-1] | changes[1:]
