@@ -30,7 +30,9 @@ def print_spectrum(console: Console, spectrum: Spectrum) -> None:
         *((edge.name, f"{edge.frequency:.6g} Hz, {edge.formula}") for edge in spectrum.edges),
     ]
     if not spectrum.edges:
-        facts.append(("band edges", "none: formulas are for pressed chains of one kind, or two in turn"))
+        facts.append(
+            ("band edges", "none: formulas are for pressed chains of one kind, or two in turn")
+        )
     console.print(describe(spectrum.scene), style="bold", end="\n\n")
     print_facts(console, facts)
 

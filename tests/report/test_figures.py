@@ -116,6 +116,15 @@ def test_a_wall_is_one_more_granule_that_stands_still(on_a_wall: hc.Result) -> N
     assert not frame.loc[frame["granule"] == count + 1, "displacement_m"].any()
 
 
+def test_a_single_contact_has_a_map(demo: hc.Scene) -> None:
+    bead = replace(demo, chain=replace(demo.chain, granules=1), wall=hc.Wall("same"))
+    run = hc.Native().run(bead, plot_times(bead))
+    *_, space_time, _ = figure_of(of_result(run)).axes
+    (colours,) = space_time.collections
+    assert np.ptp(np.asarray(colours.get_coordinates())[..., 1]) == 1.0
+    assert describe(bead).endswith("1 granule, with wall")
+
+
 @pytest.mark.parametrize("suffix", [".csv", ".parquet"])
 def test_files_read_back(tmp_path: Path, on_a_wall: hc.Result, suffix: str) -> None:
     path = tmp_path / f"motion{suffix}"
