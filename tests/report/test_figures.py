@@ -10,6 +10,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pandas as pd
 import pytest
+from matplotlib.collections import QuadMesh
 from matplotlib.figure import Figure
 
 import hertzchain as hc
@@ -121,6 +122,7 @@ def test_a_single_contact_has_a_map(demo: hc.Scene) -> None:
     run = hc.Native().run(bead, plot_times(bead))
     *_, space_time, _ = figure_of(of_result(run)).axes
     (colours,) = space_time.collections
+    assert isinstance(colours, QuadMesh)
     assert np.ptp(np.asarray(colours.get_coordinates())[..., 1]) == 1.0
     assert describe(bead).endswith("1 granule, with wall")
 
