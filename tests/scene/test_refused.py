@@ -138,6 +138,7 @@ measured chain.segments=[{granules=60, young_modulus=1e9}] => not allowed where 
 measured chain.segments=[{granules=60, length=1e-2}] => needs chain.length, too
 measured -chain.radius => chain.radius: missing
 trapezoid shock.rise_time=3 => shock.rise_time = 3: must be below duration = 3 s
+trapezoid shock.fall_time=1e-20 => shock.fall_time = 1e-20: must be above 3e-12 s, the rounding of times
 trapezoid shock.fall_time=2.5 => shock.fall_time = 2.5: must be at most duration - rise_time = 2 s
 file chain.granules=3 => chain.granules = 3: must be 2, the rows of chain.file
 file chain.radius=1e-3 => chain.radius = 0.001: not allowed with chain.file
