@@ -410,10 +410,9 @@ class Result(ShownRun):
             )
         end, of_shock = self.scene.end_time, self.scene.pulse_end
         if end < of_shock:
-            default = ", or leave it out" if self.scene.run.end_time is not None else ""
             warnings.append(
                 f"the run ended at {end:.6g} s, before its shock did, at {of_shock:.6g} s: set a"
-                f" later end_time in [run]{default}"
+                " later end_time in [run]"
             )
         if late := self.cut_off:
             more = f" and {len(late) - 3} more" if len(late) > 3 else ""
