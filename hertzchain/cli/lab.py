@@ -329,7 +329,7 @@ def spectrum(
 
     check_files([scene], plot=picture.plot)
     inches, loaded = picture.inches, options.load_scene(scene)
-    place = gauge_of(f"gauge_{gauge}" if gauge.isdecimal() else gauge, loaded)
+    place = gauge_of(f"gauge_{gauge}" if gauge.isdecimal() else gauge, loaded, "--gauge")
     limit = options.to_time_limit(time_limit)
     with progress() as report_progress, compiling(report_progress):
         backend = Native(time_limit=limit, wanted="all")

@@ -84,9 +84,7 @@ def added_of(key: str, text: str) -> Added | None:
     """Return what is added by a free key with this text behind its ``=``; None for other keys."""
     match = _KEY.fullmatch(key)
     is_known = match is not None or not _GAUGE.match(key)
-    require(
-        is_known, key, None, "is not a key of a gauge, which are gain, droop, offset, drift, hum"
-    )
+    require(is_known, key, None, "is not a key of a gauge: it has gain, droop, offset, drift, hum")
     if match is None or match["kind"] in ("gain", "droop"):
         return None
     if match["kind"] != "hum":

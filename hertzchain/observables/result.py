@@ -412,7 +412,7 @@ class Result(ShownRun):
         if end < of_shock:
             warnings.append(
                 f"the run ended at {end:.6g} s, before its shock did, at {of_shock:.6g} s: set a"
-                " later end_time in [run], or leave it out"
+                " later end_time in [run]"
             )
         if late := self.cut_off:
             more = f" and {len(late) - 3} more" if len(late) > 3 else ""

@@ -89,7 +89,7 @@ def times_of(scene: Scene) -> FloatArray:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Spectrum:
-    """The amplitude spectrum of the force of a gauge, without its static force.
+    """The amplitude spectrum of the force of a gauge, without its mean.
 
     Parameters
     ----------
@@ -111,8 +111,8 @@ class Spectrum:
 
     @property
     def largest(self) -> tuple[float, float]:
-        """Frequency [Hz] and amplitude [N] of the highest bin."""
-        at = int(np.argmax(self.amplitude))
+        """Frequency [Hz] and amplitude [N] of the highest bin above 0 Hz."""
+        at = 1 + int(np.argmax(self.amplitude[1:]))
         return float(self.frequency[at]), float(self.amplitude[at])
 
     def to_dict(self) -> dict[str, Any]:
@@ -157,4 +157,5 @@ def spectrum_of(result: Result, gauge: Gauge) -> Spectrum:
     rate = (history.time.size - 1) / float(history.time[-1] - history.time[0])
     force = force_over_time(scene, gauge, history)
     frequency, power = periodogram(force, rate, WINDOW, detrend="constant", scaling="spectrum")
-    return Spectrum(scene, gauge, frequency, np.sqrt(2 * power), band_edges(scene))
+    power[1 : (force.size + 1) // 2] *= 2  # 0 Hz and the highest bin have no second half
+    return Spectrum(scene, gauge, frequency, np.sqrt(power), band_edges(scene))

@@ -269,7 +269,9 @@ _SHORT_RANGE = (1e-2, 1e5)  # beyond these, numbers at an axis are long (chosen)
 def describe(scene: Scene) -> str:
     """Return one line that describes a scene."""
     kind = scene.shock.in_words(scene.chain.granules, scene.momentum_ratio)
-    others = [term for term in scene.terms if term not in ("striker", "piston")]
+    told = {"striker", "piston", "single granule"}
+    told |= {"moving granules"} if scene.chain.granules == 1 else set()
+    others = [term for term in scene.terms if term not in told]
     return f"{kind}, with {', '.join(others)}" if others else kind
 
 
@@ -286,7 +288,8 @@ def facts_of_terms(result: Result) -> list[tuple[str, str]]:
         facts.append((f"largest force on {name}", digits if digits == NO_DIGIT else digits + at))
     first, last = (f"{v:.3g} m/s" for v in (result.velocity[0], result.velocity[-1]))
     if np.isfinite(result.velocity[0]):
-        facts.append(("velocity at the end", f"granule 1 {first}, the last granule {last}"))
+        others = f", the last granule {last}" if result.velocity.size > 1 else ""
+        facts.append(("velocity at the end", f"granule 1 {first}{others}"))
     if (spheres := parting(result.scene)) is not None:
         at = "" if spheres.speed is None else f" of {spheres.speed:.3g} m/s, {spheres.whose}"
         part = f"{spheres.restitution:.4f} of their speed{at}"
@@ -342,8 +345,10 @@ def similar_scene(result: Result) -> str | None:
     lost = result.lost_digits
     if lost is None or lost.young_modulus == result.scene.chain.first_modulus:
         return None
+    is_measured = result.scene.chain.stiffness is not None
+    chain = "softer chain" if is_measured else f"chain of E = {lost.young_modulus:.3g} Pa"
     return (
-        f"a similar chain of E = {lost.young_modulus:.3g} Pa, scaled back: absolute coordinates"
+        f"a similar {chain}, scaled back: absolute coordinates"
         f" would have cost the peaks {lost.predicted:.0e}, and now cost at most {lost.bound:.0e}"
     )
 

@@ -178,9 +178,12 @@ def draw_map(axes: Axes, document: Document) -> None:
     history = recorded(result)
     begin, end = what_happens(result, result.contact.tolist())
     some = (history.time >= begin) & (history.time <= end)
+    time, contact = history.time[some], result.contact
+    between = np.concatenate([time[:1], (time[1:] + time[:-1]) / 2, time[-1:]])
+    edges = np.append(contact, contact[-1] + 1) - 0.5  # "nearest" draws no height for one contact
     shown = axes.pcolormesh(
-        history.time[some], result.contact, history.contact_force[some].T,
-        cmap=style.force_colours(), shading="nearest", rasterized=True,
+        between, edges, history.contact_force[some].T,
+        cmap=style.force_colours(), shading="flat", rasterized=True,
     )  # fmt: skip
     bar = axes.figure.colorbar(shown, ax=axes, location="bottom", aspect=60, pad=0.02)
     in_units(bar.ax.xaxis, "contact force [N]")

@@ -23,16 +23,24 @@ def print_spectrum(console: Console, spectrum: Spectrum) -> None:
     frequency, amplitude = spectrum.largest
     bins = f"{spectrum.frequency.size:,} of {in_prefixed(float(spectrum.frequency[1]), 'Hz')}"
     facts = [
-        ("force", f"{spectrum.gauge.place}, without its static force"),
+        ("force", f"{_place(spectrum)}, without its mean"),
         ("window", f"{WINDOW.title()}, over the whole run"),
         ("bins", bins),
         ("largest amplitude", f"{amplitude:.4g} N at {in_prefixed(frequency, 'Hz')}"),
         *((edge.name, f"{edge.frequency:.6g} Hz, {edge.formula}") for edge in spectrum.edges),
     ]
     if not spectrum.edges:
-        facts.append(("band edges", "none: no pressed chain of granules alike or two in turn"))
+        facts.append(
+            ("band edges", "none: formulas are for pressed chains of one kind, or two in turn")
+        )
     console.print(describe(spectrum.scene), style="bold", end="\n\n")
     print_facts(console, facts)
+
+
+def _place(spectrum: Spectrum) -> str:
+    """Return what a sentence calls the place of the gauge."""
+    gauge = spectrum.gauge
+    return gauge.place if gauge.contact is None else spectrum.scene.contact_name(gauge.contact)
 
 
 def plot_spectrum(spectrum: Spectrum, size: tuple[float, float] | None = None) -> Picture:
@@ -42,7 +50,7 @@ def plot_spectrum(spectrum: Spectrum, size: tuple[float, float] | None = None) -
     figure = Picture(size or (7.0, 4.5))
     axes = figure.subplots()
     frequency, amplitude = spectrum.frequency[1:], spectrum.amplitude[1:]
-    label = f"{spectrum.gauge.place}, {WINDOW.title()} window"
+    label = f"{_place(spectrum)}, {WINDOW.title()} window"
     axes.semilogy(frequency, amplitude, color=style.COLOURS["native"], linewidth=0.8, label=label)
     for k, edge in enumerate(spectrum.edges):
         axes.axvline(

@@ -46,6 +46,9 @@ MATERIAL = ("radius", "young_modulus", "poisson_ratio", "density")
 MEASURED = ("stiffness", "mass", "length")
 """Names of properties that were measured, which take the place of others."""
 
+REPLACED_BY = {"young_modulus": "stiffness", "poisson_ratio": "stiffness", "density": "mass"}
+"""Properties of a material, each with the measured one that takes its place."""
+
 
 @dataclass(frozen=True, repr=False)
 class Chain:
@@ -112,12 +115,12 @@ class Chain:
                 value = _for_each(name, value, self.granules, keys[name])
             object.__setattr__(self, name, value)
         check(self)
-        for names, other in (MATERIAL[1:3], "stiffness"), (MATERIAL[3:], "mass"):
-            for name in names:
-                value, instead = getattr(self, name), getattr(self, other)
-                require(value is not None or instead is not None, name, None, "missing")
-                allowed = f"not allowed with {other}, which takes its place"
-                require(value is None or instead is None, name, value, allowed)
+        for name, other in REPLACED_BY.items():
+            value, instead = getattr(self, name), getattr(self, other)
+            missing = f"missing, or give {other}"
+            require(value is not None or instead is not None, name, None, missing)
+            allowed = f"not allowed with {other}, which takes its place"
+            require(value is None or instead is None, name, value, allowed)
 
     def __repr__(self) -> str:
         return short_repr(self)

@@ -12,7 +12,7 @@ from typing import Any, TypeVar
 
 from hertzchain.errors import SceneError, did_you_mean, require
 from hertzchain.files import read_bytes
-from hertzchain.scene.chain import MATERIAL, MOST_UNLIKE_GRANULES, Chain
+from hertzchain.scene.chain import MATERIAL, MOST_UNLIKE_GRANULES, REPLACED_BY, Chain
 from hertzchain.scene.keys import Key, keys_of
 from hertzchain.scene.schedule import Run
 from hertzchain.scene.shocks import (
@@ -129,6 +129,10 @@ def _fill(
             value = granule.get(key, getattr(defaults, key))
             if getattr(defaults, key) is None:
                 allowed = f"needs chain.{key}, too, for the granules that have none here"
+                others = REPLACED_BY.items()
+                rivals = [new if key == old else old for old, new in others if key in (old, new)]
+                given = [name for name in rivals if getattr(defaults, name) is not None]
+                allowed = f"not allowed where [chain] has {given[0]}" if given else allowed
                 require(key not in granule, f"{name}.{key}", value, allowed)
                 continue
             column.append(_tapered(value, ratio, k) if key == "radius" else value)

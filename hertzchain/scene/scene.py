@@ -128,7 +128,7 @@ def _refuse_measured(scene: Any) -> None:
     """Raise a SceneError for a material that measured properties do not have, and for no wall."""
     chain, is_measured = scene.chain, scene.chain.stiffness is not None
     for name, value in scene.shock.material.items() if chain.is_measured else ():
-        allowed = "leave it out: with measured granules [chain] or its first segment has granule 1"
+        allowed = "leave it out: [chain] or its first segment describes a measured granule 1"
         raise SceneError(f"striker.{name}", value, allowed)
     parts = {"chain": chain, "wall": scene.wall, "near_wall": scene.near_wall}
     for section, part in parts.items() if scene.measures_contacts else ():

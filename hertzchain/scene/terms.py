@@ -306,6 +306,10 @@ class Gauge:
         last = granules + (self.key == "contact" and has_wall)
         first = 1 if has_near_wall else 2
         allowed = f"must be a {self.key} from {first} to {last}"
+        if first == last:
+            allowed = f"must be {last}, the only {self.key} that can have a sensor"
+        elif first > last:
+            allowed = "granule 1 is pressed on one side only: give contact = 2, or a [near_wall]"
         require(first <= self.number <= last, f"gauge.{self.key}", self.number, allowed)
 
 

@@ -267,8 +267,8 @@ class Spread:
         remarks = []
         if lost:
             remarks.append(
-                f"{lost} results have no spread: {some} of {len(missing)} realisations end before"
-                " the pulses are over, give a later end_time"
+                f"results without a spread: {lost}, as {some} of {len(missing)} realisations end"
+                " before the pulses are over: give a later end_time"
             )
         if self.inputs and np.isnan(self.shares).all():
             least = FOR_SHARES * len(self.inputs)

@@ -253,10 +253,10 @@ def column_of(gauge: Gauge, scene: Scene) -> str:
     return gauge.name(scene.last_contact if scene.wall else None).removesuffix("_N")
 
 
-def gauge_of(role: str, scene: Scene) -> Gauge:
-    """Return the gauge of a column; SceneError if the scene cannot have it."""
+def gauge_of(role: str, scene: Scene, where: str = "column") -> Gauge:
+    """Return the gauge of a column, or of ``where`` it is named; SceneError if there is none."""
     allowed = "must be gauge_ and the number of a granule, contact_ and its number, wall, near_wall"
-    require(_SENSOR.fullmatch(role) is not None, "column", role, allowed)
+    require(_SENSOR.fullmatch(role) is not None, where, role, allowed)
     kind, _, number = role.partition("_")
     if role == "near_wall":
         allowed = "is not a gauge of a scene without [near_wall]"

@@ -123,7 +123,7 @@ def test_a_charge_amplifier_forgets_a_step_by_its_time_constant() -> None:
         (["striker.velocity", "gauge_4.hum=-50"], "needs the frequency of the hum"),
         (["striker.velocity", "gauge_4.drift=1:2"], "has no range"),
         (["striker.velocity", "gauge_4.gain=2:1"], "must be the ends of its range"),
-        (["striker.velocity", "gauge_4.gian"], "is not a key of a gauge, which are gain, droop"),
+        (["striker.velocity", "gauge_4.gian"], "is not a key of a gauge: it has gain, droop"),
         (["striker.velocity", "gauge_4.drift[2]"], "is not a key of a gauge"),
         (["gauge_4.drift"], "must have a key of the scene, a gain or a droop, too"),
         (["striker.velocity", "gauge_4.drift", "gauge_4.drift"], "names a key twice"),

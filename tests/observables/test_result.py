@@ -31,6 +31,10 @@ def test_a_run_that_ends_before_its_shock_says_so() -> None:
     scene = paper_scene("cosine", 1.0, 2.0, granules=6)
     (said,) = hc.Native().run(ending_at(scene, 0.4 * scene.pulse_end)).warnings
     assert "before its shock did" in said
+    sine, load = hc.Sine(5.0, 8e3, 10), hc.Precompression(10.0)
+    long = replace(scene, shock=sine, precompression=load, wall=hc.Wall("same"))
+    (said,) = hc.Native(wanted="first").run(long).warnings
+    assert said.endswith("set a later end_time in [run]")  # the default ends earlier, too
     assert hc.Native().run(ending_at(scene, 1.1 * scene.pulse_end)).warnings == ()
 
 

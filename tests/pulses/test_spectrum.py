@@ -69,6 +69,8 @@ def test_a_sine_has_its_amplitude() -> None:
     frequency, amplitude = spectrum.largest
     assert frequency == pytest.approx(5e3, abs=spectrum.frequency[1])
     assert amplitude == pytest.approx(0.3, rel=0.01)
+    leaks = Spectrum(PRESSED, hc.Gauge(contact=7), np.arange(3.0), np.array([3.0, 1.0, 2.0]), ())
+    assert leaks.largest == (2.0, 2.0)  # the mean is subtracted before the window: 0 Hz is no wave
 
 
 def test_chains_without_bands(hertzchain: Command, tmp_path: Path) -> None:
@@ -85,9 +87,10 @@ def test_chains_without_bands(hertzchain: Command, tmp_path: Path) -> None:
     with pytest.raises(SceneError, match="must be a run with record"):
         spectrum_of(hc.Native().run(loose), hc.Gauge(contact=7))
     PRESSED.to_toml(tmp_path / "pressed.toml")
-    for gauge in ("0", "41", "wall", "six"):
+    for gauge, words in ("0", "from 2"), ("41", "to 40"), ("wall", "no gauge"), ("six", "--gauge"):
         refused = hertzchain("spectrum", tmp_path / "pressed.toml", "--gauge", gauge)
         assert (refused.status, refused.out) == (2, "")
+        assert words in refused.err
 
 
 def test_the_command(hertzchain: Command, tmp_path: Path) -> None:
@@ -95,7 +98,7 @@ def test_the_command(hertzchain: Command, tmp_path: Path) -> None:
     given = ("spectrum", tmp_path / "dimer.toml", "--gauge")
     said = hertzchain(*given, "6", "--plot", tmp_path / "spectrum.png", "--size", "3.4x2.6")
     assert said.status == 0, said.err
-    for words in ("granule 6, without its static force", "Hann, over the whole", "sqrt(2k/M)"):
+    for words in ("granule 6, without its mean", "Hann, over the whole", "sqrt(2k/M)"):
         assert words in said.out
     assert (tmp_path / "spectrum.png").stat().st_size > 5000
     document = hertzchain(*given, "contact_7", "--json").json()

@@ -16,6 +16,7 @@ from matplotlib.figure import Figure
 
 import hertzchain as hc
 from hertzchain import theory
+from hertzchain.observables.result import LostDigits
 from hertzchain.report.console import (
     plain_text,
     print_document,
@@ -23,7 +24,7 @@ from hertzchain.report.console import (
     print_prose,
     print_tradeoff,
 )
-from hertzchain.report.document import Document, describe, known_digits
+from hertzchain.report.document import Document, describe, known_digits, similar_scene
 from hertzchain.report.documents import of_comparison, of_judgement, of_result
 from hertzchain.report.figures import plot_tradeoff
 from hertzchain.verdict.check import Check, Kind
@@ -141,6 +142,15 @@ def test_columns_and_facts_have_their_numbers_and_units() -> None:
         numbers = re.fullmatch(pattern, line_of(text, label))
         assert numbers is not None, label
         assert [*map(float, numbers.groups())] == pytest.approx(values, rel=0.05), label
+
+
+def test_scenes_without_a_modulus_or_a_second_granule_are_said_in_their_words() -> None:
+    plain = paper_scene("cosine", 1.0, 2.0, granules=2)
+    chain = hc.Chain(1, plain.chain.radius, stiffness=1e10, mass=4e-3)
+    run = hc.Native().run(replace(plain, chain=chain, wall=hc.Wall(stiffness=1e10)))
+    assert "the last granule" not in line_of(run_text(run), "velocity at the end")
+    softer = replace(run, lost_digits=LostDigits(1e7, 1e-8, 1e-12))
+    assert str(similar_scene(softer)).startswith("a similar softer chain, scaled back")
 
 
 def test_lines_end_between_words_and_never_within_a_command() -> None:

@@ -10,6 +10,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pandas as pd
 import pytest
+from matplotlib.collections import QuadMesh
 from matplotlib.figure import Figure
 
 import hertzchain as hc
@@ -114,6 +115,16 @@ def test_a_wall_is_one_more_granule_that_stands_still(on_a_wall: hc.Result) -> N
     force = frame["contact_force_N"].to_numpy().reshape(40, -1)
     assert np.array_equal(force[:, 1:], history.contact_force)
     assert not frame.loc[frame["granule"] == count + 1, "displacement_m"].any()
+
+
+def test_a_single_contact_has_a_map(demo: hc.Scene) -> None:
+    bead = replace(demo, chain=replace(demo.chain, granules=1), wall=hc.Wall("same"))
+    run = hc.Native().run(bead, plot_times(bead))
+    *_, space_time, _ = figure_of(of_result(run)).axes
+    (colours,) = space_time.collections
+    assert isinstance(colours, QuadMesh)
+    assert np.ptp(np.asarray(colours.get_coordinates())[..., 1]) == 1.0
+    assert describe(bead).endswith("1 granule, with wall")
 
 
 @pytest.mark.parametrize("suffix", [".csv", ".parquet"])

@@ -34,6 +34,21 @@ BASES: dict[str, dict[str, str]] = {
     "piston": CHAIN | {"shock.profile": '"piston"'},
     "striker": CHAIN | {"striker.velocity": '"1 m/s"'},
     "sine": CHAIN | SINE | {"shock.cycles": "3", "precompression.force": '"5 N"'},
+    "measured": PULSE
+    | {
+        "chain.granules": "60",
+        "chain.radius": "5e-3",
+        "chain.stiffness": "1e10",
+        "chain.mass": "4e-3",
+    },
+    "trapezoid": CHAIN
+    | {
+        "shock.profile": '"trapezoid"',
+        "shock.peak_force": "10",
+        "shock.duration": "3",
+        "shock.rise_time": "1",
+        "shock.fall_time": "1",
+    },
     "file": PULSE | {"chain.file": '"granules.csv"'},
 }
 """Scenes as keys and values in TOML."""
@@ -110,11 +125,21 @@ pulse gauge=[{}] => gauge.granule or contact: missing
 pulse gauge=[{granule=3, contact=3}] => gauge.granule and contact: both are given
 pulse gauge=[{granule=1}] => gauge.granule = 1: must be a granule from 2 to 60
 pulse gauge=[{contact=61}] => gauge.contact = 61: must be a contact from 2 to 60
+pulse chain.granules=1; wall.kind="same"; gauge=[{granule=1}] => granule 1 is pressed on one side only: give contact = 2
+pulse chain.granules=1; wall.kind="same"; gauge=[{contact=3}] => gauge.contact = 3: must be 2, the only contact
 pulse gauge=[{bead=3}] => unknown key, allowed are granule, contact
 pulse contact.restitution=0.9 => contact.damping: missing, must be one of restitution, viscoelastic, dashpot
 pulse contact.damping="restitution" => contact.restitution: missing
 pulse contact={damping="restitution", restitution=0.5, attracton=true} => did you mean attraction?
 pulse contact={damping="dashpot", coefficient=1, restitution=0.5} => contact.restitution = 0.5: not allowed with damping = "dashpot", which takes coefficient
+pulse -chain.density => chain.density: missing, or give mass
+pulse chain.segments=[{granules=60, mass=4e-3}] => chain.segments.1.mass = 0.004: not allowed where [chain] has density
+measured chain.segments=[{granules=60, young_modulus=1e9}] => not allowed where [chain] has stiffness
+measured chain.segments=[{granules=60, length=1e-2}] => needs chain.length, too
+measured -chain.radius => chain.radius: missing
+trapezoid shock.rise_time=3 => shock.rise_time = 3: must be below duration = 3 s
+trapezoid shock.fall_time=1e-20 => shock.fall_time = 1e-20: must be above 3e-12 s, the rounding of times
+trapezoid shock.fall_time=2.5 => shock.fall_time = 2.5: must be at most duration - rise_time = 2 s
 file chain.granules=3 => chain.granules = 3: must be 2, the rows of chain.file
 file chain.radius=1e-3 => chain.radius = 0.001: not allowed with chain.file
 file chain.file="no.csv" => must be a CSV file

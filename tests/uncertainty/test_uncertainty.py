@@ -60,7 +60,7 @@ def test_every_result_goes_with_powers_of_modulus_and_speed() -> None:
     without = spread.values.copy()
     without[:3, k] = np.nan
     partly = replace(spread, values=without)
-    assert "1 results have no spread: 3 of 64" in partly.remarks[0]
+    assert "results without a spread: 1, as 3 of 64" in partly.remarks[0]
     for results, said in ((spread, 0), (partly, 1)):
         text = plain_text(partial(print_spread, spread=results, every=True))
         assert text.count("cut off") == said

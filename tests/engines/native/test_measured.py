@@ -134,7 +134,9 @@ REFUSED: dict[str, Any] = {
     "density.*missing": lambda: hc.Chain(6, 5e-3, stiffness=1e10),
     "chain.stiffness replaces": lambda: hc.Scene(CYLINDERS, PULSES[0], wall=WALL),
     "or give stiffness": lambda: hc.Scene(CYLINDERS, PULSES[0], wall=hc.Wall()),
-    "first segment has granule 1": lambda: hc.Scene(CYLINDERS, hc.Striker(1.0, density=2e3)),
+    "first segment describes a measured granule 1": lambda: hc.Scene(
+        CYLINDERS, hc.Striker(1.0, density=2e3)
+    ),
     "no measured stiffness tells": lambda: hc.Scene(
         replace(CYLINDERS, yield_strength=1e9), PULSES[0]
     ),
