@@ -41,9 +41,9 @@ from hertzchain.examiner.measured import (
 from hertzchain.examiner.probes import all_checks, peaks_check
 from hertzchain.limits import TIME_LIMIT, TOLERANCE, Deadline, check_time_limit
 from hertzchain.observables.result import Result
+from hertzchain.progress import ShowProgress, telling
 from hertzchain.scene.scene import Scene, SceneLike, to_scene
 from hertzchain.scene.schedule import Run
-from hertzchain.showing import ShowProgress, telling
 
 
 def examine(

@@ -35,7 +35,7 @@ from hertzchain.scene.file import sections_of
 from hertzchain.scene.scene import Scene, largest_overlap_ratio, overlap_warning
 from hertzchain.scene.shocks import Moving
 from hertzchain.scene.terms import NO_GAUGE
-from hertzchain.showing import ShownRun
+from hertzchain.shown import ShownRun
 
 if TYPE_CHECKING:
     import pandas

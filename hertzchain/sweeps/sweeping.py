@@ -20,8 +20,8 @@ from hertzchain.errors import OutputError, did_you_mean, require
 from hertzchain.files import make_folder, write_text, write_with
 from hertzchain.limits import RTOL
 from hertzchain.observables.result import DEFINITIONS
+from hertzchain.progress import telling
 from hertzchain.scene.scene import DOUBTFUL_OVERLAP, SceneLike
-from hertzchain.showing import telling
 from hertzchain.sweeps.columns import columns_in, peak_columns
 from hertzchain.sweeps.design import Value, design
 from hertzchain.sweeps.loop import (

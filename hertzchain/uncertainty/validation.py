@@ -13,8 +13,9 @@ import numpy as np
 from hertzchain.arrays import FloatArray
 from hertzchain.limits import TIME_LIMIT
 from hertzchain.observables.result import context_of
+from hertzchain.progress import ShowProgress
 from hertzchain.scene.scene import SceneLike, to_scene
-from hertzchain.showing import ShownVerdict, ShowProgress
+from hertzchain.shown import ShownVerdict
 from hertzchain.uncertainty.spread import REALISATIONS, Spread, name_of, spread
 from hertzchain.verdict.traces import PEAK, WIDTH, Number, TraceJudgement, judge_traces
 

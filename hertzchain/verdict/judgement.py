@@ -18,7 +18,7 @@ from hertzchain.observables.error_bound import refuse_unstable
 from hertzchain.observables.peaks import judged_contacts, largest_difference
 from hertzchain.observables.result import Result, context_of
 from hertzchain.scene.scene import Scene
-from hertzchain.showing import ShownVerdict
+from hertzchain.shown import ShownVerdict
 from hertzchain.slips import Case, families_for, likely_cause, velocity_verlet
 
 if TYPE_CHECKING:

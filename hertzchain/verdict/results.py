@@ -28,9 +28,10 @@ from hertzchain.observables.gauges import COLUMNS as TRAIN_COLUMNS
 from hertzchain.observables.gauges import Train
 from hertzchain.observables.peaks import judged_contacts
 from hertzchain.observables.result import Result, context_of
+from hertzchain.progress import ShowProgress, telling
 from hertzchain.scene.scene import Scene, SceneLike, to_scene
 from hertzchain.scene.terms import Gauge
-from hertzchain.showing import ShownVerdict, ShowProgress, telling
+from hertzchain.shown import ShownVerdict
 from hertzchain.verdict.check import Check, Kind, unmeasured, within
 from hertzchain.verdict.judgement import Judgement, judged
 

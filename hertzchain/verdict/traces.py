@@ -21,6 +21,7 @@ from hertzchain.limits import TIME_LIMIT, TOLERANCE
 from hertzchain.observables.gauges import Reading, force_over_time
 from hertzchain.observables.result import Result, context_of
 from hertzchain.observables.samples import History
+from hertzchain.progress import ShowProgress, telling
 from hertzchain.pulses.recording import (
     Columns,
     columns_of,
@@ -33,7 +34,7 @@ from hertzchain.pulses.recording import (
 from hertzchain.scene.keys import to_si
 from hertzchain.scene.scene import Scene, SceneLike, to_scene
 from hertzchain.scene.terms import Gauge
-from hertzchain.showing import ShownVerdict, ShowProgress, telling
+from hertzchain.shown import ShownVerdict
 from hertzchain.verdict.check import Check, Kind, within
 
 if TYPE_CHECKING:

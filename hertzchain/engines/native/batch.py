@@ -72,7 +72,7 @@ from hertzchain.scene.scene import (
 )
 from hertzchain.scene.schedule import watched_time
 from hertzchain.scene.shocks import PROFILES, SHAPES, Profile, Pulse, profile_named
-from hertzchain.showing import Shown
+from hertzchain.shown import Shown
 
 if TYPE_CHECKING:
     import pandas
