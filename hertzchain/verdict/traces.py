@@ -550,7 +550,7 @@ class TraceJudgement(ShownVerdict):
         Result of the native reference method, with the gauges that were measured.
     traces
         The measured traces, less their offsets before the first arrival.
-    known
+    expected
         Readings of the gauges in the reference.
     shift
         Time on the measured clock at which the run begins [s].
@@ -566,7 +566,7 @@ class TraceJudgement(ShownVerdict):
 
     reference: Result
     traces: Traces
-    known: Expected
+    expected: Expected
     shift: float
     tolerance: float
     numbers: tuple[Number, ...]
@@ -585,7 +585,7 @@ class TraceJudgement(ShownVerdict):
             "verdict": self.verdict,
             "tolerance": self.tolerance,
             "shift_s": self.shift,
-            "known_until_s": self.known.until,
+            "known_until_s": self.expected.until,
             "checks": [check.to_dict() for check in self.checks],
             "remarks": list(self.remarks),
             "reference": self.reference.numbers(),
