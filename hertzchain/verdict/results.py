@@ -23,7 +23,7 @@ from hertzchain.engines.lammps.reading.deck import UNITS, Units
 from hertzchain.engines.native.backend import Native
 from hertzchain.errors import POSITIVE, SceneError, is_positive, require
 from hertzchain.files import read_bytes, text_in
-from hertzchain.limits import TIME_LIMIT, TOLERANCE
+from hertzchain.limits import TIME_LIMIT, TOLERANCE, check_tolerance
 from hertzchain.observables.gauges import COLUMNS as TRAIN_COLUMNS
 from hertzchain.observables.gauges import Train
 from hertzchain.observables.peaks import judged_contacts
@@ -703,8 +703,7 @@ def judge_trains(
     RunFailed
         If the reference cannot be computed.
     """
-    allowed = "must be a number above 0 and below 1"
-    require(is_positive(tolerance) and tolerance < 1, "tolerance", tolerance, allowed)
+    check_tolerance(tolerance)
     scene = to_scene(scene)
     measured = _measured(scene, pulses)
     gauges = (gauge for gauge in measured if gauge.granule is not None)

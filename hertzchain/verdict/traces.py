@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray, Source
 from hertzchain.engines.native.backend import Native
-from hertzchain.errors import HertzchainError, is_positive, require
-from hertzchain.limits import TIME_LIMIT, TOLERANCE
+from hertzchain.errors import HertzchainError, require
+from hertzchain.limits import TIME_LIMIT, TOLERANCE, check_tolerance
 from hertzchain.observables.gauges import Reading, force_over_time
 from hertzchain.observables.result import Result, context_of
 from hertzchain.observables.samples import History
@@ -636,8 +636,7 @@ def judge_traces(
     RunFailed
         If the reference cannot be computed.
     """
-    allowed = "must be a number above 0 and below 1"
-    require(is_positive(tolerance) and tolerance < 1, "tolerance", tolerance, allowed)
+    check_tolerance(tolerance)
     scene = to_scene(scene)
     is_list = isinstance(traces, Sequence) and not isinstance(traces, str)
     files: list[Any] = list(traces) if is_list else [traces]  # type: ignore[arg-type]

@@ -360,7 +360,6 @@ def _march_alike(
     for of_scene, job in zip(signals, alike, strict=True):
         of_scene[:] = job.signals
     static = signals["static"].copy()
-    given = elastic.Scenes(rows, tolerance, start, usual, signals)
     seen = elastic.Watched(
         np.zeros((scenes, contacts)), np.full((scenes, contacts), np.nan), room_for(),
         np.zeros(signals.shape, PULSE), np.zeros((scenes, 2, granules)),
@@ -372,7 +371,9 @@ def _march_alike(
         watch = watch_of(signals[0].copy(), contacts)
         state, blank = (elastic_chain.at_the_start(granules) for _ in range(2))
         elastic.march_watched(
-            elastic.Scenes(*(values[some] for values in given)), steps[0], chains, first.moving,
+            elastic.Scenes(
+                rows[some], tolerance[some], start[some], usual[some], signals[some]
+            ), steps[0], chains, first.moving,
             elastic.Reused(state, blank, watch, watch.pulses.copy()),
             elastic.Watched(
                 seen.force[some], seen.time[some], seen.record, seen.pulses[some],
@@ -389,7 +390,7 @@ def _march_alike(
         force, time = seen.force[n], seen.time[n]
         of_pulses = FirstPulses.of(seen.pulses[n], static[n])
         peaks = Peaks(force, time, time < outcome.end, of_pulses)
-        run = Simulation.of(outcome, *seen.motion[n], peaks)
+        run = Simulation.of(outcome, seen.motion[n, 0], seen.motion[n, 1], peaks)
         job.prepared.runs[key_of(job.rows, job.walker)] = run
         done.append((job, run))
     return done
