@@ -362,12 +362,8 @@ def _of_files(scene: Scene, paths: Sequence[Path], units: str, dt: float | None)
     texts: list[str] = []
     left = LARGEST_FILES_BYTES
     for path in paths:
-        content = _content_of(path, left)
-        left -= len(content)
-        text = None if content.startswith(b"PK\x03\x04") else text_in(content)
-        if text is None:
-            allowed = "is not a text file: a spreadsheet is saved as CSV first"
-            raise SceneError("", None, allowed, file=path)
+        text, size = _text_of(path, left)
+        left -= size
         if not is_dump(text) and len(paths) > 1:
             allowed = "is no dump of LAMMPS: several files must be the frames of one dump"
             raise SceneError("", None, allowed, file=path)
@@ -388,8 +384,8 @@ _OF_DECKS = ("units", "atom_style", "boundary", "newton", "dimension", "variable
 """Commands with which LAMMPS inputs begin."""
 
 
-def _content_of(path: Path, most: int) -> bytes:
-    """Return the bytes of a file, unpacked; a SceneError says why there are none."""
+def _text_of(path: Path, most: int) -> tuple[str, int]:
+    """Return the text of a file, unpacked, and its bytes; a SceneError says why there is none."""
     try:
         content = read_bytes(path, most)
         if content.startswith(b"\x1f\x8b"):
@@ -402,17 +398,17 @@ def _content_of(path: Path, most: int) -> bytes:
     except (OSError, ValueError) as problem:
         reason = getattr(problem, "strerror", None) or "no name of a file"
     else:
-        return content
+        if (text := text_in(content)) is not None:
+            return text, len(content)
+        allowed = "is not a text file: a spreadsheet is saved as CSV first"
+        raise SceneError("", None, allowed, file=path)
     allowed = f"cannot be read ({reason}), must be a CSV file or a dump"
     raise SceneError("", None, allowed, file=path) from None
 
 
 def table_of(path: Path) -> pandas.DataFrame:
     """Return the words of a CSV file, which may be gzipped; SceneError for any other."""
-    text = text_in(_content_of(path, LARGEST_FILES_BYTES))
-    if text is None:
-        allowed = "is not a text file: a spreadsheet is saved as CSV first"
-        raise SceneError("", None, allowed, file=path)
+    text, _ = _text_of(path, LARGEST_FILES_BYTES)
     return _table_in(text, str(path))
 
 
