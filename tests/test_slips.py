@@ -375,7 +375,7 @@ QUICK_DAMPING = (0, 2, 3, 4, 5, 6, 7, 10, 17)
 
 
 @pytest.mark.parametrize(
-    ("asked", "made", "words"),
+    ("asked", "present", "words"),
     [
         pytest.param(*case, marks=[pytest.mark.slow] * (k not in QUICK_DAMPING))
         for k, case in enumerate(ASKED_AND_MADE)
