@@ -44,8 +44,8 @@ def rooms() -> tuple[dict[str, int], dict[str, set[str]]]:
         room = room_of(".".join(path.relative_to(PACKAGE).with_suffix("").parts))
         lines[room] = lines.get(room, 0) + text.count("\n")
         named = (node for node in ast.walk(ast.parse(text)) if isinstance(node, ast.ImportFrom))
-        found = {room_of(str(node.module).removeprefix("hertzchain.")) for node in named}
-        imported[room] = imported.get(room, set()) | found
+        rooms_above = {room_of(str(node.module).removeprefix("hertzchain.")) for node in named}
+        imported[room] = imported.get(room, set()) | rooms_above
     return lines, imported
 
 

@@ -68,7 +68,7 @@ class Commands(SphinxDirective):
             section += nodes.literal_block(usage, usage)
             section += [nodes.paragraph("", text) for text in command.help.split("\n\n")]
             entries = nodes.definition_list()
-            records = (one.get_help_record(context) for one in command.get_params(context))
+            records = (entry.get_help_record(context) for entry in command.get_params(context))
             for term, meaning in filter(None, records):  # None: an option that help hides
                 # As code, or two hyphens become a dash.
                 parts = (
@@ -118,13 +118,13 @@ class EquationLinks(SphinxPostTransform):
     def _linked(self, text: str) -> Iterator[nodes.Node]:
         end = 0
         for mentions in self._LIST.finditer(text):
-            for one in self._ONE.finditer(text, *mentions.span()):
-                yield nodes.Text(text[end : one.start()])
-                target = f"eq-{one[1]}"
+            for entry in self._ONE.finditer(text, *mentions.span()):
+                yield nodes.Text(text[end : entry.start()])
+                target = f"eq-{entry[1]}"
                 yield make_refnode(
-                    self.app.builder, self.env.docname, self._PAGE, target, nodes.Text(one[0])
+                    self.app.builder, self.env.docname, self._PAGE, target, nodes.Text(entry[0])
                 )
-                end = one.end()
+                end = entry.end()
         yield nodes.Text(text[end:])
 
 

@@ -132,12 +132,12 @@ def _draw_table(axes: Axes, comparison: Comparison) -> None:
 
 def _the_check(comparison: Comparison, engine: str, name: str) -> Check:
     """The one check of an engine with a name, its unit aside."""
-    (found,) = (
+    (matching,) = (
         check
         for check in comparison.checks
         if check.engine == engine and check.kind.name.partition(" [")[0] == name
     )
-    return found
+    return matching
 
 
 def _draw_check(axes: Axes, height: float, name: str, check: Check) -> None:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import importlib
 
-from hertzchain.showing import Shown
+from hertzchain.shown import Shown
 
 TYPE_CHECKING = False  # typing takes time, in which Ctrl-C is not answered
 if TYPE_CHECKING:

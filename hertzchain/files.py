@@ -38,11 +38,15 @@ def read_bytes(path: Path, most: int) -> bytes:
 
 
 def text_in(content: bytes) -> str | None:
-    """The text in the bytes of a file, in any usual encoding; None if they are not text."""
+    """The text in the bytes of a file, in any usual encoding; None if they are not text.
+
+    Archives, such as spreadsheets, are none.
+    """
     try:
         if content[:2] in (b"\xff\xfe", b"\xfe\xff"):
             return content.decode("utf-16")
-        return None if b"\0" in content else content.decode("utf-8-sig")
+        is_binary = content.startswith(b"PK\x03\x04") or b"\0" in content
+        return None if is_binary else content.decode("utf-8-sig")
     except UnicodeDecodeError:
         return content.decode("latin-1")
 

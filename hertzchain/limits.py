@@ -82,6 +82,12 @@ def refuse_memory(needed: float) -> None:
         )
 
 
+def check_tolerance(tolerance: float) -> None:
+    """Raise a SceneError for an impossible tolerance of a verdict."""
+    allowed = "must be a number above 0 and below 1"
+    require(is_positive(tolerance) and tolerance < 1, "tolerance", tolerance, allowed)
+
+
 def bound_memory() -> None:
     """Limit what this process may add to its memory to half of the machine's memory.
 

@@ -60,7 +60,7 @@ def explain(monkeypatch: pytest.MonkeyPatch) -> Explain:
 
             return Family(name, mistakes, is_costly=name.startswith("costly"))
 
-        monkeypatch.setattr(Case, "fit", lambda _, made, __: fits[made])
+        monkeypatch.setattr(Case, "fit", lambda _, slip, __: fits[slip])
         monkeypatch.setattr(slips, "FAMILIES", tuple(map(family, left)))
         return slips.likely_cause(case), tried
 

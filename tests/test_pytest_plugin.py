@@ -10,7 +10,7 @@ from _pytest.assertion.rewrite import AssertionRewriter
 from rich.console import Console
 
 import hertzchain as hc
-from hertzchain import showing
+from hertzchain import shown
 from hertzchain.report.console import print_document
 from hertzchain.report.documents import of_judgement
 from tests.command_line import python
@@ -143,7 +143,7 @@ import hertzchain.pytest_plugin
 print(json.dumps(sorted(set(sys.modules) - before)))
 """
     done = python("-c", code, check=True)
-    loaded = {"hertzchain", "hertzchain.pytest_plugin", "hertzchain.showing"}
+    loaded = {"hertzchain", "hertzchain.pytest_plugin", "hertzchain.shown"}
     assert set(json.loads(done.stdout)) == loaded
-    for module in (hc, showing):
+    for module in (hc, shown):
         assert AssertionRewriter.is_rewrite_disabled(module.__doc__ or "")

@@ -17,7 +17,7 @@ from tests.test_public_names import modules_after
 PACKAGE = Path(hc.__file__).parent
 
 LEVELS = (
-    ("errors", "arrays", "files", "limits", "showing"),
+    ("errors", "arrays", "files", "limits", "progress", "shown"),
     ("contact",),
     ("scene",),
     ("observables",),

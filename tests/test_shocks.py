@@ -37,6 +37,12 @@ from tests.report.test_json_schema import scene_from, through_json
 
 GRANULES = 6
 
+NAMED = {
+    hc.Sawtooth: hc.Sawtooth(200.0, 4e-5),
+    hc.Trapezoid: hc.Trapezoid(200.0, 4e-5, rise_time=1e-5, fall_time=1e-5),
+}
+"""Shocks that the starter of a half sine names."""
+
 
 @pytest.fixture(params=SHOCKS, ids=lambda kind: kind.__name__)
 def scene(request: pytest.FixtureRequest, tmp_path: Path) -> hc.Scene:
@@ -45,6 +51,8 @@ def scene(request: pytest.FixtureRequest, tmp_path: Path) -> hc.Scene:
         scene = hc.Scene.from_toml(write_starter(name, tmp_path / f"{name}.toml")[0])
         free = scene.wall is None and scene.contact is None
         alike = {"unlike granules", "local shock", "fixed granules"}.isdisjoint(scene.terms)
+        if request.param in NAMED and name == "half-sine":
+            scene = replace(scene, shock=NAMED[request.param])
         if type(scene.shock) is request.param and free and alike:
             granules = scene.chain.granules if scene.moves else GRANULES
             return replace(scene, chain=replace(scene.chain, granules=granules))

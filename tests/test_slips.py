@@ -375,15 +375,15 @@ QUICK_DAMPING = (0, 2, 3, 4, 5, 6, 7, 10, 17)
 
 
 @pytest.mark.parametrize(
-    ("asked", "made", "words"),
+    ("asked", "present", "words"),
     [
         pytest.param(*case, marks=[pytest.mark.slow] * (k not in QUICK_DAMPING))
         for k, case in enumerate(ASKED_AND_MADE)
     ],
 )
-def test_damping_is_named(asked: hc.Contact | None, made: hc.Contact | None, words: str) -> None:
+def test_damping_is_named(asked: hc.Contact | None, present: hc.Contact | None, words: str) -> None:
     scene = replace(ELASTIC, contact=asked)
-    judged = hc.judge(scene, peaks_of(replace(ELASTIC, contact=made)), tolerance=1e-6)
+    judged = hc.judge(scene, peaks_of(replace(ELASTIC, contact=present)), tolerance=1e-6)
     assert judged.verdict == "fail"
     cause = (judged.cause or "").partition("; leaves")[0]
     assert re.match(words, cause), judged.cause or judged.hint
@@ -391,8 +391,8 @@ def test_damping_is_named(asked: hc.Contact | None, made: hc.Contact | None, wor
 
 def test_noise_does_not_look_like_weak_damping_or_pulling() -> None:
     error = 1 + 1e-3 * np.random.default_rng(1).standard_normal(15)
-    for asked, made in ((E, None), (None, C)):
-        given = peaks_of(replace(ELASTIC, contact=made)) * error
+    for asked, present in ((E, None), (None, C)):
+        given = peaks_of(replace(ELASTIC, contact=present)) * error
         cause = hc.judge(replace(ELASTIC, contact=asked), given).cause or ""
         assert cause.startswith("no damping; leaves" if asked else "damping by dashpots of 3 kg/s")
         assert "contacts that pull" not in cause
@@ -401,12 +401,12 @@ def test_noise_does_not_look_like_weak_damping_or_pulling() -> None:
 def test_with_other_terms_damping_units_and_numbers_are_tried() -> None:
     """Before a wall, behind a striker; elastic scenes with terms, too."""
     elastic = hc.Scene(hc.Chain(12, **STEEL), hc.Striker(1.0), wall=hc.Wall("rigid"))
-    made = replace(elastic, contact=hc.Contact("restitution", restitution=0.85))
-    judged = hc.judge(elastic, peaks_of(made))
+    present = replace(elastic, contact=hc.Contact("restitution", restitution=0.85))
+    judged = hc.judge(elastic, peaks_of(present))
     assert (judged.cause or "").startswith("damping of restitution 0.85; leaves")
     tried = "units and numbers of the contacts; damping"
     assert judged.remarks == (f"causes that were tried in a scene with striker, wall: {tried}",)
-    judged = hc.judge(replace(made, contact=E), peaks_of(made))
+    judged = hc.judge(replace(present, contact=E), peaks_of(present))
     assert (judged.cause or "").startswith("damping of restitution 0.85 in place of 0.8 ")
     for scene in (elastic, replace(elastic, chain=replace(elastic.chain, radius=[4e-3, 5e-3] * 6))):
         force = peaks_of(scene)

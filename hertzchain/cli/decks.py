@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import time
+from dataclasses import dataclass
 from datetime import UTC, datetime
 from enum import StrEnum
 from importlib.metadata import version
@@ -145,14 +146,21 @@ def _write(what: str, path: Path | None, text: str) -> None:
     write_file(what, path, lambda path: write_text(path, text))
 
 
+@dataclass(frozen=True)
+class ReadingOptions:
+    """Options of how LAMMPS reads and runs a deck."""
+
+    variables: options.Variables = None
+    lmp: options.LammpsBinary = None
+    time_limit: options.TimeLimit = "1 h"
+
+
 def examine(
     scene: options.SceneFile,
     deck: Path = typer.Argument(..., metavar="DECK", help="LAMMPS input file."),
     *,
-    variables: options.Variables = None,
-    lmp: options.LammpsBinary = None,
+    reading: ReadingOptions,
     tolerance: options.Tolerance = TOLERANCE,
-    time_limit: options.TimeLimit = "1 h",
     strict: bool = typer.Option(
         False, "--strict", help="Also fail differences that change no peak."
     ),
@@ -171,8 +179,8 @@ def examine(
     from hertzchain.report.documents import of_examination
 
     outputs = Shown(scene, shown, [deck], others={"": fix})
-    given = options.by_name("--var", variables or [], "F0=100")
-    limit = options.to_time_limit(time_limit)
+    given = options.by_name("--var", reading.variables or [], "F0=100")
+    limit = options.to_time_limit(reading.time_limit)
     loaded = options.load_scene(scene)
     with output.progress() as report_progress, output.compiling(report_progress):
         examination = examined(
@@ -180,7 +188,7 @@ def examine(
             deck,
             given,
             tolerance=tolerance,
-            lmp=options.named_binary(lmp),
+            lmp=options.named_binary(reading.lmp),
             time_limit=limit,
             strict=strict,
             progress=report_progress,

@@ -40,7 +40,7 @@ def show(
 
 def progress() -> AbstractContextManager[Callable[[str], None]]:
     """Show the present work and its time on stderr until it is done."""
-    from hertzchain.showing import shown_progress
+    from hertzchain.progress import shown_progress
 
     return shown_progress()
 

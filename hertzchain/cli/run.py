@@ -33,7 +33,7 @@ Wanted = StrEnum("Wanted", {"FIRST": "first", "ALL": "all"})
 
 @dataclass(frozen=True)
 class AccuracyOptions:
-    """Options of how accurate a run is."""
+    """Options of how accurate a run is, and how long it may take."""
 
     rtol: Annotated[
         float | None,
@@ -54,6 +54,7 @@ class AccuracyOptions:
             " granules or gauges.",
         ),
     ] = None
+    time_limit: options.TimeLimit = "1 h"
 
     def parameters(self, backend: str) -> dict[str, Any]:
         """Return the numerical parameters of an engine."""
@@ -168,7 +169,6 @@ def run(
     backend: options.Backend = typer.Option(options.NATIVE, help="Backend that simulates."),
     accuracy: AccuracyOptions,
     lammps: options.LammpsOptions,
-    time_limit: options.TimeLimit = "1 h",
     tables: TableOptions,
     shown: options.DocumentOptions,
     every: options.EveryContact = False,
@@ -190,7 +190,7 @@ def run(
     outputs = Shown(scene, shown, every=every, others=tables.files)
     loaded = options.load_scene(scene)
     require(tables.traces is None or bool(loaded.gauges), "gauge", None, NO_GAUGE)
-    limit = options.to_time_limit(time_limit)
+    limit = options.to_time_limit(accuracy.time_limit)
     parameters = lammps.parameters(backend == "lammps") | accuracy.parameters(backend)
     with progress() as report_progress, compiling(report_progress, backend == "native"):
         report_progress(f"{backend}: running")

@@ -28,7 +28,7 @@ from hertzchain.limits import Deadline
 from hertzchain.observables.peaks import judged_contacts
 from hertzchain.observables.result import Result, context_of
 from hertzchain.scene.scene import Scene
-from hertzchain.showing import ShownVerdict
+from hertzchain.shown import ShownVerdict
 
 if TYPE_CHECKING:
     import pandas

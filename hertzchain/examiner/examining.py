@@ -14,7 +14,7 @@ from hertzchain.engines.lammps.reading.reading import DEPTH, Reader
 from hertzchain.engines.lammps.reading.text import Edits
 from hertzchain.engines.native.backend import Native
 from hertzchain.engines.native.duration import with_end
-from hertzchain.errors import RunFailed, SceneError, is_positive, require
+from hertzchain.errors import RunFailed, SceneError, require
 from hertzchain.examiner.correct import Prover, with_findings, with_trials
 from hertzchain.examiner.examined import (
     EXAMINED,
@@ -39,11 +39,11 @@ from hertzchain.examiner.measured import (
     with_loads,
 )
 from hertzchain.examiner.probes import all_checks, peaks_check
-from hertzchain.limits import TIME_LIMIT, TOLERANCE, Deadline, check_time_limit
+from hertzchain.limits import TIME_LIMIT, TOLERANCE, Deadline, check_time_limit, check_tolerance
 from hertzchain.observables.result import Result
+from hertzchain.progress import ShowProgress, telling
 from hertzchain.scene.scene import Scene, SceneLike, to_scene
 from hertzchain.scene.schedule import Run
-from hertzchain.showing import ShowProgress, telling
 
 
 def examine(
@@ -98,8 +98,7 @@ def examine(
         " hertzchain judge SCENE peaks.csv"
     )
     require(scene.near_wall is None, "near_wall", None, allowed)
-    allowed = "must be a number above 0 and below 1"
-    require(is_positive(tolerance) and tolerance < 1, "tolerance", tolerance, allowed)
+    check_tolerance(tolerance)
     if Path(deck).suffix.lower() == ".py":
         allowed = "is a Python program, must be a LAMMPS input script, as lmp -in reads it"
         raise SceneError("", None, allowed, file=deck)

@@ -29,9 +29,9 @@ from hertzchain.fits.model import (
 )
 from hertzchain.limits import TIME_LIMIT, Deadline
 from hertzchain.observables.result import context_of
+from hertzchain.progress import ShowProgress, telling
 from hertzchain.scene.scene import Scene, SceneLike, to_scene
 from hertzchain.scene.terms import Uncertain
-from hertzchain.showing import ShowProgress, telling
 from hertzchain.sweeps.design import sobol_points
 from hertzchain.verdict.results import COLUMNS, read
 from hertzchain.verdict.traces import (

@@ -29,7 +29,7 @@ from hertzchain.fits.instrument import (
 from hertzchain.limits import TOLERANCE, Deadline
 from hertzchain.observables.result import Result
 from hertzchain.pulses.recording import MOST_EXTENT, noise_before, resolution_of
-from hertzchain.scene.keys import to_si
+from hertzchain.scene.keys import Section, to_si
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Run
 from hertzchain.scene.terms import Gauge
@@ -74,7 +74,7 @@ class Tie:
         """Keys in the formula."""
         return tuple(dict.fromkeys(_KEY.findall(self.formula)))
 
-    def value(self, values: Mapping[str, Any]) -> Any:
+    def value(self, values: Section) -> Any:
         """Return the number of the formula, rounded for keys with whole numbers.
 
         It may be impossible: a scene with it is then refused.
@@ -84,7 +84,7 @@ class Tie:
             return np.nan_to_num(np.round(value), nan=-1, posinf=-1, neginf=-1).astype(np.int64)
         return value
 
-    def number(self, values: Mapping[str, Any]) -> Any:
+    def number(self, values: Section) -> Any:
         """Return the number of the formula; it need not be finite.
 
         ``values`` has the values of the keys, numbers or arrays of shape (scenes,).
@@ -123,7 +123,7 @@ def ties_of(scene: Scene, given: Mapping[str, str], free: Iterable[str]) -> tupl
     return ties
 
 
-def tied(scene: Scene, ties: tuple[Tie, ...], values: Mapping[str, Any]) -> dict[str, Any]:
+def tied(scene: Scene, ties: tuple[Tie, ...], values: Section) -> dict[str, Any]:
     """Return values of a scene's keys with those of ties; other keys are as in the scene."""
     if not ties:
         return dict(values)

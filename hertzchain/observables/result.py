@@ -35,7 +35,7 @@ from hertzchain.scene.file import sections_of
 from hertzchain.scene.scene import Scene, largest_overlap_ratio, overlap_warning
 from hertzchain.scene.shocks import Moving
 from hertzchain.scene.terms import NO_GAUGE
-from hertzchain.showing import ShownRun
+from hertzchain.shown import ShownRun
 
 if TYPE_CHECKING:
     import pandas
@@ -363,12 +363,12 @@ class Result(ShownRun):
         momentum = np.where(np.isinf(mass), 0.0, mass) * self.velocity
         at_start = granules.moved[first:]
         at_start[scene.shock.granule - 1] += scene.applied_impulse
-        whole, one = float(np.sum(at_start)), float(at_start[0])
+        whole, striker = float(np.sum(at_start)), float(at_start[0])
         by_wall = is_open[0 if scene.near_wall is not None else -1]
         is_column = walls > 0 and by_wall and abs(whole) > _MIXED * np.sum(np.abs(at_start))
-        is_first = bool(one) and bool(np.all(is_open[: first + 1]))
+        is_first = bool(striker) and bool(np.all(is_open[: first + 1]))
         return Restitution(
-            -float(momentum[0]) / one if is_first else None,
+            -float(momentum[0]) / striker if is_first else None,
             -float(np.sum(momentum)) / whole if is_column else None,
         )
 

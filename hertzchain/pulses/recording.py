@@ -186,7 +186,7 @@ def _lines(path: Path) -> list[str]:
     except (OSError, ValueError) as problem:  # ValueError: no name of a file
         reason = getattr(problem, "strerror", None) or problem
         raise HertzchainError(f"{path}: cannot be read ({reason}); must be a text file") from None
-    text = None if content.startswith(b"PK\x03\x04") else text_in(content)
+    text = text_in(content)
     if text is None:
         raise HertzchainError(
             f"{path}: is not a text file (a spreadsheet, an archive); export the recording as CSV"

@@ -629,7 +629,7 @@ def of_traces(judgement: TraceJudgement) -> Document:
         overlays=_overlays(judgement),
         facts=[
             ("the run begins at", f"{judgement.shift:.6g} s of the measured clock"),
-            ("the reference is known until", f"{judgement.known.until:.3g} s of the run"),
+            ("the reference is known until", f"{judgement.expected.until:.3g} s of the run"),
             ("tolerance", f"{tolerance:.1e}, and the noise"),
         ],
         remarks=judgement.remarks,
@@ -638,7 +638,7 @@ def of_traces(judgement: TraceJudgement) -> Document:
 
 def _overlays(judgement: TraceJudgement) -> list[Overlay]:
     """Return the traces with the reference, while it is known."""
-    expected, traces = judgement.known, judgement.traces
+    expected, traces = judgement.expected, judgement.traces
     time = traces.time - judgement.shift
     during = (time >= 0) & (time <= expected.until)
     return [
@@ -652,7 +652,7 @@ def _overlays(judgement: TraceJudgement) -> list[Overlay]:
 
 def _pulses_of_traces(judgement: TraceJudgement) -> Peaks:
     """Return the first pulse of each gauge next to that of the reference."""
-    readings, noise = judgement.known.readings, judgement.traces.noise
+    readings, noise = judgement.expected.readings, judgement.traces.noise
     numbers = {(value.of, value.kind.name.split()[0]): value for value in judgement.numbers}
 
     def row(k: int) -> list[str]:

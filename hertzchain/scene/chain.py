@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from hertzchain.arrays import Quantity
 from hertzchain.contact import hertz
 from hertzchain.errors import require
 from hertzchain.scene.keys import Key, check, key, keys_of
@@ -182,12 +183,12 @@ def _for_each(name: str, values: Any, granules: int, key: Key) -> Any:
     return tuple(kind(value) for value in values)
 
 
-def granule_mass(radius: Any, density: Any) -> Any:
+def granule_mass(radius: Quantity, density: Quantity) -> Any:
     """Mass m = 4/3 pi R^3 rho [kg] of granules, numbers or arrays."""
     return 4.0 / 3.0 * math.pi * radius**3 * density
 
 
-def equal_modulus(stiffness: Any, radius: Any) -> Any:
+def equal_modulus(stiffness: Quantity, radius: Quantity) -> Any:
     """E of equal spheres of nu = 0 whose contact has a stiffness [Pa]; numbers or arrays."""
     return 3 * stiffness / np.sqrt(2 * radius)
 
@@ -253,7 +254,9 @@ def natural_units(chain: Chain, peak_force: float) -> NaturalUnits:
     )
 
 
-def length_and_time(contact_stiffness: Any, granule_mass: Any, peak_force: Any) -> tuple[Any, Any]:
+def length_and_time(
+    contact_stiffness: Quantity, granule_mass: Quantity, peak_force: Quantity
+) -> tuple[Any, Any]:
     """The natural units of length [m] and time [s], from A [N m^(-3/2)], m [kg] and F0 [N].
 
     All are numbers, or arrays of one shape.

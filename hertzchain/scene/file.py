@@ -13,7 +13,7 @@ from typing import Any, TypeVar
 from hertzchain.errors import SceneError, did_you_mean, require
 from hertzchain.files import read_bytes
 from hertzchain.scene.chain import MATERIAL, MOST_UNLIKE_GRANULES, REPLACED_BY, Chain
-from hertzchain.scene.keys import Key, keys_of
+from hertzchain.scene.keys import Key, Section, keys_of
 from hertzchain.scene.schedule import Run
 from hertzchain.scene.shocks import (
     HalfSine,
@@ -100,7 +100,7 @@ def _sum_allowed(granules: int, how: str = "fewer") -> str:
     return f"the granules of all segments must sum to chain.granules = {granules}, they are {how}"
 
 
-def _cells(name: str, values: Mapping[str, Any]) -> list[dict[str, Any]]:
+def _cells(name: str, values: Section) -> list[dict[str, Any]]:
     """Return the differing values of each granule of the cell that a segment repeats."""
     if "cell" not in values:
         return [{}]
@@ -117,7 +117,7 @@ def _cells(name: str, values: Mapping[str, Any]) -> list[dict[str, Any]]:
 
 
 def _fill(
-    columns: dict[str, list[float]], defaults: Chain, values: Mapping[str, Any],
+    columns: dict[str, list[float]], defaults: Chain, values: Section,
     cells: list[dict[str, Any]], name: str,
 ) -> None:  # fmt: skip
     """Append the granules of a segment."""
@@ -364,7 +364,7 @@ _DUPLICATE_WORDS = ("overwrite a value", "Duplicate", "twice")
 """Part of tomllib's message on a key or a section that is given twice; its errors have no code."""
 
 
-def _parts(document: Mapping[str, Any], folder: Path) -> dict[str, Any]:
+def _parts(document: Section, folder: Path) -> dict[str, Any]:
     for key, value in document.items():
         allowed = f"unknown key, allowed are the sections {', '.join(SECTIONS)}"
         require(key in SECTIONS, key, value, allowed + did_you_mean(key, SECTIONS))
@@ -401,7 +401,7 @@ def _parts(document: Mapping[str, Any], folder: Path) -> dict[str, Any]:
     return parts
 
 
-def read_chain(section: Mapping[str, Any], folder: Path = Path()) -> Chain:
+def read_chain(section: Section, folder: Path = Path()) -> Chain:
     """Read a chain from its section; a SceneError names the key. ``folder`` has its tables."""
     if "file" in section:
         allowed = "not allowed with chain.file, which has every granule"
@@ -421,14 +421,14 @@ def read_chain(section: Mapping[str, Any], folder: Path = Path()) -> Chain:
     return expand(defaults, section["segments"])
 
 
-def _shock_of(document: Mapping[str, Any], folder: Path) -> Shock:
+def _shock_of(document: Section, folder: Path) -> Shock:
     """Return the striker or the shock of a document, which has at most one of them."""
     if "striker" in document:
         return _section("striker", document["striker"], Striker)
     return _shock(document["shock"], folder) if "shock" in document else Moving()
 
 
-def _shock(section: Mapping[str, Any], folder: Path) -> Shock:
+def _shock(section: Section, folder: Path) -> Shock:
     """Read a shock; its ``profile`` comes first, because the other keys depend on it."""
     profile = section.get("profile")
     missing = "" if "profile" in section else "missing, "
@@ -463,7 +463,7 @@ def _shock(section: Mapping[str, Any], folder: Path) -> Shock:
 
 
 def quantities(
-    name: str, section: Mapping[str, Any], keys: Mapping[str, Key], besides: Iterable[str] = ()
+    name: str, section: Section, keys: Mapping[str, Key], besides: Iterable[str] = ()
 ) -> dict[str, Any]:
     """Return the values of a section in SI; errors name the key with its section.
 
@@ -482,7 +482,7 @@ def quantities(
 
 
 def _section(
-    name: str, section: Mapping[str, Any], kind: Callable[..., _Kind], besides: Iterable[str] = ()
+    name: str, section: Section, kind: Callable[..., _Kind], besides: Iterable[str] = ()
 ) -> _Kind:
     """Build one frozen object from its section; errors name the key with its section."""
     keys = keys_of(kind)  # type: ignore[arg-type]

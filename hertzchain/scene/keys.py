@@ -15,6 +15,9 @@ if TYPE_CHECKING:
     import pint
 
 
+Section = Mapping[str, Any]
+"""Values by keys: of a section or a whole scene file, of a part of a scene, or of a manifest."""
+
 # A number, then names with small powers, which may end in .5, multiplied and divided. Pint would
 # also evaluate arithmetic, which a scene does not need and which can be made to run without end.
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|[-+]?(?:inf|nan)"

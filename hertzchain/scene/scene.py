@@ -54,7 +54,7 @@ from hertzchain.scene.terms import (
     Uncertain,
     Wall,
 )
-from hertzchain.showing import Shown
+from hertzchain.shown import Shown
 
 
 def refuse_impossible(scene: Any) -> None:

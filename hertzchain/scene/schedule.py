@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from hertzchain.arrays import FloatArray
+from hertzchain.arrays import FloatArray, Quantity
 from hertzchain.contact import hertz
 from hertzchain.errors import TooExpensive
 from hertzchain.scene.chain import MOMENTUM_IN_NATURAL_UNITS, NaturalUnits, length_and_time
@@ -150,7 +150,7 @@ are slow (chosen: as slow as a wave of 1/64 of the force).
 """
 
 
-def watched_time(granules: Any, momentum_ratio: Any) -> Any:
+def watched_time(granules: Quantity, momentum_ratio: Quantity) -> Any:
     """Return the default time between the ends of pulse and run [natural time units]."""
     speed = _WAVE_SPEED * np.minimum(1.0, momentum_ratio) ** 0.2
     return 1.2 * (granules + 5) / speed

@@ -13,7 +13,7 @@ from typing import Annotated, Any, ClassVar, Literal, Self, TypeVar, cast
 
 import numpy as np
 
-from hertzchain.arrays import FloatArray
+from hertzchain.arrays import FloatArray, Quantity
 from hertzchain.errors import SceneError, is_finite, require, require_one
 from hertzchain.files import read_rows
 from hertzchain.scene.chain import (
@@ -131,13 +131,13 @@ class Ramp:
         if self.shape not in SHAPES:
             raise SceneError("shape", self.shape, f"must be one of {', '.join(SHAPES)}")
 
-    def force(self, time: Any) -> Any:
+    def force(self, time: Quantity) -> Any:
         """The force at a time, or an array of times, between the corners [N] (Eq. 2)."""
         s = (time - self.start) / (self.end - self.start)
         growth = SHAPES[self.shape].growth(s)
         return self.start_force + (self.end_force - self.start_force) * growth
 
-    def force_rate(self, time: Any) -> Any:
+    def force_rate(self, time: Quantity) -> Any:
         """Time derivative of the force at a time, or an array of times [N/s]."""
         duration = self.end - self.start
         s = (time - self.start) / duration

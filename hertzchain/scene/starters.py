@@ -30,9 +30,12 @@ momentum_ratio = 1.0         # LM_ratio: 1 gives the momentum of one solitary wa
 
 _HALF_SINE_PULSE = """
 [shock]                      # the force on granule 1
-profile = "half-sine"        # or "sawtooth": it rises in a line, and ends at its peak
+profile = "half-sine"        # or "sawtooth": it rises in a line, and ends at its peak; or
+                             # "trapezoid": a line up, a constant force, a line down
 peak_force = "200 N"
 duration = "40 us"           # of the whole pulse
+# rise_time = "10 us"        # of a trapezoid
+# fall_time = "10 us"
 """
 
 _SOFT_PULSE = _COSINE_PULSE.replace("100 N", "20 N")  # 100 N: too deep for Hertz's law
@@ -117,23 +120,6 @@ class Starter:
 STARTERS = {
     "pulse": Starter("A uniform chain of steel spheres under a short pulse.", _COSINE_PULSE, 60),
     "half-sine": Starter("A uniform chain of steel spheres under a half sine.", _HALF_SINE_PULSE),
-    "sawtooth": Starter(
-        "A uniform chain of steel spheres under a saw tooth.",
-        _HALF_SINE_PULSE.replace("half-sine", "sawtooth").replace(
-            '        # or "sawtooth": it', "         # it"
-        ),
-    ),
-    "trapezoid": Starter(
-        "A uniform chain of steel spheres under a trapezoidal pulse.",
-        """
-[shock]                      # the force on granule 1
-profile = "trapezoid"
-peak_force = "100 N"
-duration = "200 us"          # of the whole pulse
-rise_time = "20 us"
-fall_time = "20 us"
-""",
-    ),
     "pulse-table": Starter(
         "A uniform chain of steel spheres under a measured pulse.",
         """

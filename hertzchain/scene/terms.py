@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from typing import Any, Literal, get_args
 
@@ -20,7 +20,7 @@ from hertzchain.scene.chain import (
     YIELD_STRENGTH,
     YOUNG_MODULUS,
 )
-from hertzchain.scene.keys import Key, check, key, keys_of, of_granule, to_si
+from hertzchain.scene.keys import Key, Section, check, key, keys_of, of_granule, to_si
 
 ALL_TERMS = (
     "single granule", "unlike granules", "measured granules", "gaps", "striker", "piston",
@@ -370,7 +370,7 @@ class Uncertain:
 
 def read_uncertain(
     section: str,
-    values: Mapping[str, Any],
+    values: Section,
     key_named: Callable[[str], Key | None],
     full: Callable[[str], str],
 ) -> tuple[Uncertain, ...]:
@@ -414,7 +414,7 @@ def sections_of_uncertain(uncertain: Iterable[Uncertain]) -> dict[str, dict[str,
     return sections
 
 
-def _flat(values: Mapping[str, Any], before: str = "") -> Iterator[tuple[str, Any]]:
+def _flat(values: Section, before: str = "") -> Iterator[tuple[str, Any]]:
     """Yield keys with their values; without quotes TOML makes tables of ``chain.radius``."""
     for name, value in values.items():
         if isinstance(value, dict) and value and "half_width" not in value:

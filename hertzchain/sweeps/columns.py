@@ -28,7 +28,7 @@ from hertzchain.scene.file import (
     read_chain,
     sections_of,
 )
-from hertzchain.scene.keys import keys_of
+from hertzchain.scene.keys import Section, keys_of
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.shocks import Pulse
 from hertzchain.scene.terms import DAMPING
@@ -250,14 +250,12 @@ def unit_of(name: str) -> str:
     return match[1] if match else ""
 
 
-def columns_in(manifest: Mapping[str, Any]) -> tuple[Column, ...]:
+def columns_in(manifest: Section) -> tuple[Column, ...]:
     """Return the columns of a sweep from its manifest."""
     return columns_of(manifest["scene"], [axis["name"] for axis in manifest["vary"]])
 
 
-def columns_of(
-    scene: Mapping[str, Mapping[str, Any]], varied: Collection[str]
-) -> tuple[Column, ...]:
+def columns_of(scene: Mapping[str, Section], varied: Collection[str]) -> tuple[Column, ...]:
     """Return the columns of the table of a sweep, from its scene and the varying parameters."""
     chain = scene["chain"]
     unlike = "segments" in chain or any(isinstance(value, list) for value in chain.values())
@@ -382,7 +380,7 @@ def full_key(name: object, scene: Scene) -> str:
 
 def changed(
     base: Scene,
-    values: Mapping[str, Any],
+    values: Section,
     scattered: Callable[[Chain], Chain] = lambda chain: chain,
 ) -> Scene:
     """Return a scene with other values, by the names of parameters in its file.
@@ -410,7 +408,7 @@ def changed(
     return Scene(chain, _replaced(shock, base.shock, of[shock]), **others, gauges=base.gauges)
 
 
-def _replaced(section: str, part: _Part, values: Mapping[str, Any]) -> _Part:
+def _replaced(section: str, part: _Part, values: Section) -> _Part:
     if not values:
         return part
     try:
@@ -420,7 +418,7 @@ def _replaced(section: str, part: _Part, values: Mapping[str, Any]) -> _Part:
         raise SceneError(key, problem.value, problem.allowed) from None
 
 
-def _with_keys(section: Mapping[str, Any], values: Mapping[str, Any]) -> dict[str, Any]:
+def _with_keys(section: Section, values: Section) -> dict[str, Any]:
     """Return a section [chain] with other values of keys such as ``segments.1.radius``."""
     chain = copy.deepcopy(dict(section))
     for name, value in values.items():
@@ -456,7 +454,7 @@ def base_values(scene: Scene, names: Collection[str]) -> dict[str, Any]:
     return values
 
 
-def _of_segment(chain: Mapping[str, Any], number: str, place: str | None, key: str) -> Any:
+def _of_segment(chain: Section, number: str, place: str | None, key: str) -> Any:
     """Return the value of a key of a segment, or of a granule of its cell, or the chain's."""
     segments = chain.get("segments", [])
     if int(number) > len(segments):

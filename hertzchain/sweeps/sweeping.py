@@ -20,8 +20,9 @@ from hertzchain.errors import OutputError, did_you_mean, require
 from hertzchain.files import make_folder, write_text, write_with
 from hertzchain.limits import RTOL
 from hertzchain.observables.result import DEFINITIONS
+from hertzchain.progress import telling
+from hertzchain.scene.keys import Section
 from hertzchain.scene.scene import DOUBTFUL_OVERLAP, SceneLike
-from hertzchain.showing import telling
 from hertzchain.sweeps.columns import columns_in, peak_columns
 from hertzchain.sweeps.design import Value, design
 from hertzchain.sweeps.loop import (
@@ -105,7 +106,7 @@ class Parts:
 
 
 @contextlib.contextmanager
-def claimed(path: Path, manifest: Mapping[str, Any]) -> Iterator[None]:
+def claimed(path: Path, manifest: Section) -> Iterator[None]:
     """Claim a folder for a sweep and this process; another sweep's folder is refused.
 
     The lock ends with the process, even if it is killed. A new folder in which no part was stored
@@ -146,7 +147,7 @@ def claimed(path: Path, manifest: Mapping[str, Any]) -> Iterator[None]:
         lock.release()
 
 
-def _check(path: Path, manifest: Mapping[str, Any]) -> bool:
+def _check(path: Path, manifest: Section) -> bool:
     """Return whether the folder has this sweep already; refuse a folder with anything else."""
     if (there := _read(path)) is None:
         if strangers := [other.name for other in path.iterdir() if other.name[0] != "."]:
@@ -440,7 +441,7 @@ def settings(backend: Backend) -> dict[str, Any]:
     return {"name": NAMES[type(backend)], **kept, **lmp}
 
 
-def _aim(settings: Mapping[str, Any]) -> float:
+def _aim(settings: Section) -> float:
     """Return the accuracy wanted of a backend; infinite where steps were given."""
     if settings.get("dt") is not None or settings.get("method") is not None:
         return math.inf

@@ -17,12 +17,12 @@ from hertzchain.engines.native.duration import with_end
 from hertzchain.errors import SceneError, require
 from hertzchain.limits import TIME_LIMIT, Deadline
 from hertzchain.observables.result import Result, context_of
+from hertzchain.progress import ShowProgress, telling
 from hertzchain.scene.chain import Chain
 from hertzchain.scene.keys import Key, Seed
 from hertzchain.scene.scene import Scene, SceneLike, to_scene
 from hertzchain.scene.schedule import Run
 from hertzchain.scene.terms import Gauge, Uncertain
-from hertzchain.showing import ShowProgress, telling
 from hertzchain.sweeps.columns import base_values, changed, full_key, is_whole
 from hertzchain.sweeps.design import sobol_points
 

@@ -13,8 +13,9 @@ import numpy as np
 from hertzchain.arrays import FloatArray
 from hertzchain.limits import TIME_LIMIT
 from hertzchain.observables.result import context_of
+from hertzchain.progress import ShowProgress
 from hertzchain.scene.scene import SceneLike, to_scene
-from hertzchain.showing import ShownVerdict, ShowProgress
+from hertzchain.shown import ShownVerdict
 from hertzchain.uncertainty.spread import REALISATIONS, Spread, name_of, spread
 from hertzchain.verdict.traces import PEAK, WIDTH, Number, TraceJudgement, judge_traces
 
@@ -118,19 +119,22 @@ class Validation(ShownVerdict):
         the mean of the gauges, as that of the recording is. None if a realisation has no whole
         pulse.
         """
-        known = self.judgement.known
+        expected = self.judgement.expected
+        readings = expected.readings
         names = "first_peak_force_N", "first_width_s", "arrival_time_s"
         force, width, arrival = (
-            np.array([self.spread.values_of(name, name_of(read.gauge)) for read in known.readings])
+            np.array([self.spread.values_of(name, name_of(read.gauge)) for read in readings])
             for name in names
         )
         if not np.isfinite([force, width, arrival]).all():
             return None
-        read = known.readings[gauge]
-        late = arrival - np.array([[each.arrival] for each in known.readings])
+        read = readings[gauge]
+        late = arrival - np.array([[each.arrival] for each in readings])
         begins = read.arrival + late[gauge] - late.mean(axis=0)
         drawn = [
-            high / read.force * known.at(gauge, read.arrival + (time - begin) * read.width / wide)
+            high
+            / read.force
+            * expected.at(gauge, read.arrival + (time - begin) * read.width / wide)
             for high, wide, begin in zip(force[gauge], width[gauge], begins, strict=True)
         ]
         low, high = np.percentile(drawn, (5, 95), axis=0)

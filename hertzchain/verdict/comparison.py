@@ -21,8 +21,9 @@ from hertzchain.engines.registry import ENGINES, Simulator, compared_by_default,
 from hertzchain.errors import BackendMissing, OverlapTooLarge, RunFailed, TooExpensive, require
 from hertzchain.limits import TIME_LIMIT
 from hertzchain.observables.result import Result, context_of
+from hertzchain.progress import ShowProgress, telling
 from hertzchain.scene.scene import Scene, SceneLike, to_scene
-from hertzchain.showing import ShownVerdict, ShowProgress, telling
+from hertzchain.shown import ShownVerdict
 from hertzchain.verdict.check import FAILED, NOT_RUN, Check, Formulas, formulas, unmeasured
 from hertzchain.verdict.generated_deck import examined
 from hertzchain.verdict.run_checks import (

@@ -12,13 +12,13 @@ from numpy.typing import ArrayLike, NDArray
 from hertzchain.arrays import FloatArray, or_none
 from hertzchain.engines.native.backend import Native
 from hertzchain.engines.native.plan import METHODS
-from hertzchain.errors import SceneError, is_positive, require
-from hertzchain.limits import Deadline
+from hertzchain.errors import SceneError, require
+from hertzchain.limits import Deadline, check_tolerance
 from hertzchain.observables.error_bound import refuse_unstable
 from hertzchain.observables.peaks import judged_contacts, largest_difference
 from hertzchain.observables.result import Result, context_of
 from hertzchain.scene.scene import Scene
-from hertzchain.showing import ShownVerdict
+from hertzchain.shown import ShownVerdict
 from hertzchain.slips import Case, families_for, likely_cause, velocity_verlet
 
 if TYPE_CHECKING:
@@ -221,8 +221,7 @@ def judged(
     ``sampling`` is the relative error of each by the distance of its samples, shape (contacts,):
     see ``Judgement``.
     """
-    allowed = "must be a number above 0 and below 1"
-    require(is_positive(tolerance) and tolerance < 1, "tolerance", tolerance, allowed)
+    check_tolerance(tolerance)
     given = _given(scene, peak_force)
     report_progress("native: the reference method")
     reference = Native("reference", time_limit=time_limit).run(scene)

@@ -23,14 +23,15 @@ from hertzchain.engines.lammps.reading.deck import UNITS, Units
 from hertzchain.engines.native.backend import Native
 from hertzchain.errors import POSITIVE, SceneError, is_positive, require
 from hertzchain.files import read_bytes, text_in
-from hertzchain.limits import TIME_LIMIT, TOLERANCE
+from hertzchain.limits import TIME_LIMIT, TOLERANCE, check_tolerance
 from hertzchain.observables.gauges import COLUMNS as TRAIN_COLUMNS
 from hertzchain.observables.gauges import Train
 from hertzchain.observables.peaks import judged_contacts
 from hertzchain.observables.result import Result, context_of
+from hertzchain.progress import ShowProgress, telling
 from hertzchain.scene.scene import Scene, SceneLike, to_scene
 from hertzchain.scene.terms import Gauge
-from hertzchain.showing import ShownVerdict, ShowProgress, telling
+from hertzchain.shown import ShownVerdict
 from hertzchain.verdict.check import Check, Kind, unmeasured, within
 from hertzchain.verdict.judgement import Judgement, judged
 
@@ -361,12 +362,8 @@ def _of_files(scene: Scene, paths: Sequence[Path], units: str, dt: float | None)
     texts: list[str] = []
     left = LARGEST_FILES_BYTES
     for path in paths:
-        content = _content_of(path, left)
-        left -= len(content)
-        text = None if content.startswith(b"PK\x03\x04") else text_in(content)
-        if text is None:
-            allowed = "is not a text file: a spreadsheet is saved as CSV first"
-            raise SceneError("", None, allowed, file=path)
+        text, size = _text_of(path, left)
+        left -= size
         if not is_dump(text) and len(paths) > 1:
             allowed = "is not a LAMMPS dump: several files must be the frames of one dump"
             raise SceneError("", None, allowed, file=path)
@@ -387,8 +384,8 @@ _OF_DECKS = ("units", "atom_style", "boundary", "newton", "dimension", "variable
 """Commands with which LAMMPS inputs begin."""
 
 
-def _content_of(path: Path, most: int) -> bytes:
-    """Return the bytes of a file, unpacked; a SceneError says why there are none."""
+def _text_of(path: Path, most: int) -> tuple[str, int]:
+    """Return the text of a file, unpacked, and its bytes; a SceneError says why there is none."""
     try:
         content = read_bytes(path, most)
         if content.startswith(b"\x1f\x8b"):
@@ -401,17 +398,17 @@ def _content_of(path: Path, most: int) -> bytes:
     except (OSError, ValueError) as problem:
         reason = getattr(problem, "strerror", None) or "no name of a file"
     else:
-        return content
+        if (text := text_in(content)) is not None:
+            return text, len(content)
+        allowed = "is not a text file: a spreadsheet is saved as CSV first"
+        raise SceneError("", None, allowed, file=path)
     allowed = f"cannot be read ({reason}), must be a CSV file or a dump"
     raise SceneError("", None, allowed, file=path) from None
 
 
 def table_of(path: Path) -> pandas.DataFrame:
     """Return the words of a CSV file, which may be gzipped; SceneError for any other."""
-    text = text_in(_content_of(path, LARGEST_FILES_BYTES))
-    if text is None:
-        allowed = "is not a text file: a spreadsheet is saved as CSV first"
-        raise SceneError("", None, allowed, file=path)
+    text, _ = _text_of(path, LARGEST_FILES_BYTES)
     return _table_in(text, str(path))
 
 
@@ -702,8 +699,7 @@ def judge_trains(
     RunFailed
         If the reference cannot be computed.
     """
-    allowed = "must be a number above 0 and below 1"
-    require(is_positive(tolerance) and tolerance < 1, "tolerance", tolerance, allowed)
+    check_tolerance(tolerance)
     scene = to_scene(scene)
     measured = _measured(scene, pulses)
     gauges = (gauge for gauge in measured if gauge.granule is not None)

@@ -16,11 +16,12 @@ from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray, Source
 from hertzchain.engines.native.backend import Native
-from hertzchain.errors import HertzchainError, is_positive, require
-from hertzchain.limits import TIME_LIMIT, TOLERANCE
+from hertzchain.errors import HertzchainError, require
+from hertzchain.limits import TIME_LIMIT, TOLERANCE, check_tolerance
 from hertzchain.observables.gauges import Reading, force_over_time
 from hertzchain.observables.result import Result, context_of
 from hertzchain.observables.samples import History
+from hertzchain.progress import ShowProgress, telling
 from hertzchain.pulses.recording import (
     Columns,
     columns_of,
@@ -33,7 +34,7 @@ from hertzchain.pulses.recording import (
 from hertzchain.scene.keys import to_si
 from hertzchain.scene.scene import Scene, SceneLike, to_scene
 from hertzchain.scene.terms import Gauge
-from hertzchain.showing import ShownVerdict, ShowProgress, telling
+from hertzchain.shown import ShownVerdict
 from hertzchain.verdict.check import Check, Kind, within
 
 if TYPE_CHECKING:
@@ -549,7 +550,7 @@ class TraceJudgement(ShownVerdict):
         Result of the native reference method, with the gauges that were measured.
     traces
         The measured traces, less their offsets before the first arrival.
-    known
+    expected
         Readings of the gauges in the reference.
     shift
         Time on the measured clock at which the run begins [s].
@@ -565,7 +566,7 @@ class TraceJudgement(ShownVerdict):
 
     reference: Result
     traces: Traces
-    known: Expected
+    expected: Expected
     shift: float
     tolerance: float
     numbers: tuple[Number, ...]
@@ -584,7 +585,7 @@ class TraceJudgement(ShownVerdict):
             "verdict": self.verdict,
             "tolerance": self.tolerance,
             "shift_s": self.shift,
-            "known_until_s": self.known.until,
+            "known_until_s": self.expected.until,
             "checks": [check.to_dict() for check in self.checks],
             "remarks": list(self.remarks),
             "reference": self.reference.numbers(),
@@ -635,8 +636,7 @@ def judge_traces(
     RunFailed
         If the reference cannot be computed.
     """
-    allowed = "must be a number above 0 and below 1"
-    require(is_positive(tolerance) and tolerance < 1, "tolerance", tolerance, allowed)
+    check_tolerance(tolerance)
     scene = to_scene(scene)
     is_list = isinstance(traces, Sequence) and not isinstance(traces, str)
     files: list[Any] = list(traces) if is_list else [traces]  # type: ignore[arg-type]

@@ -17,8 +17,8 @@ ROUNDED = 1e-14
 
 def test_the_overlap_of_a_force_has_that_force() -> None:
     forces = np.geomspace(1e-9, 1e9, 19)
-    again = hertz.force_of(STIFFNESS, hertz.overlap_of(STIFFNESS, forces))
-    np.testing.assert_allclose(again, forces, rtol=ROUNDED)
+    returned = hertz.force_of(STIFFNESS, hertz.overlap_of(STIFFNESS, forces))
+    np.testing.assert_allclose(returned, forces, rtol=ROUNDED)
 
 
 def test_granules_apart_exert_no_force() -> None:

@@ -86,8 +86,8 @@ def close(expected: str, got: str) -> bool:
     """
     if expected == got:
         return True
-    shown, found = NUMBER.fullmatch(expected), NUMBER.fullmatch(got)
-    if not (shown and found) or (shown["decimals"], shown["exponent"]) == (None, None):
+    shown, actual = NUMBER.fullmatch(expected), NUMBER.fullmatch(got)
+    if not (shown and actual) or (shown["decimals"], shown["exponent"]) == (None, None):
         return False
     unit = 10.0 ** (int(shown["exponent"] or 0) - len(shown["decimals"] or ".") + 1)
     value = float(expected.replace(",", ""))
@@ -98,14 +98,14 @@ def close(expected: str, got: str) -> bool:
 
 def agrees(expected: str, got: str) -> bool:
     """Return whether output equals the text shown, except for spaces; three dots match anything."""
-    shown, found = TOKEN.findall(expected), TOKEN.findall(got)
+    shown, actual = TOKEN.findall(expected), TOKEN.findall(got)
     at = k = 0
     dots, restart = -1, 0
-    while k < len(found):
+    while k < len(actual):
         if at < len(shown) and shown[at] == "...":
             dots, restart = at, k
             at += 1
-        elif at < len(shown) and close(shown[at], found[k]):
+        elif at < len(shown) and close(shown[at], actual[k]):
             at, k = at + 1, k + 1
         elif dots >= 0:
             restart += 1
@@ -183,8 +183,8 @@ class Page:
         for part in re.split(r"^\$ ", text.replace("\\\n", " "), flags=re.MULTILINE)[1:]:
             command, _, shown = part.partition("\n")
             status = 0
-            if found := re.match(r"# status (\d+)\n", shown):
-                status, shown = int(found[1]), shown[found.end() :]
+            if actual := re.match(r"# status (\d+)\n", shown):
+                status, shown = int(actual[1]), shown[actual.end() :]
             program, *arguments = shlex.split(command)
             assert program in ("hertzchain", "python"), f"{program} is not run here"
             self.processes -= 1
@@ -313,8 +313,8 @@ def kinds(outputs: list[dict[str, Any]]) -> list[set[str]]:
 )
 def test_a_notebook_prints_and_draws_what_it_keeps(path: Any) -> None:
     notebook = notebooks.read(path)
-    found = notebooks.run(notebook)
-    for cell, outputs in zip(notebooks.code_cells(notebook), found, strict=True):
+    actual = notebooks.run(notebook)
+    for cell, outputs in zip(notebooks.code_cells(notebook), actual, strict=True):
         shown, printed = texts(cell["outputs"]), texts(outputs)
         assert agrees(shown, printed), f"kept:\n{shown}\nprinted:\n{printed}"
         assert kinds(cell["outputs"]) == kinds(outputs)

@@ -61,7 +61,7 @@ def test_make_targets_are_those_of_the_makefile() -> None:
     targets = re.findall(r"^    make (\S+)", README, re.MULTILINE)
     assert targets == ["demo", "test", "validate"]
     makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
-    assert [one for one in targets if f"\n{one}:" not in makefile] == []
+    assert [target for target in targets if f"\n{target}:" not in makefile] == []
 
 
 def test_the_scene_of_the_readme_is_the_demo_scene(tmp_path: Path) -> None:
@@ -83,9 +83,9 @@ def test_the_picture_is_what_its_script_draws(
     monkeypatch.setattr(sys, "argv", ["draw_picture.py", "-o", str(drawn)])
     draw_picture.main()
     (shown,) = re.findall(r"^!\[[^\]]+\]\(([^)]+)\)$", README, re.MULTILINE)
-    kept, found = words_of(ROOT / shown), words_of(drawn)
-    assert kept == found
-    assert {"Verdict: pass", "peaks against the reference", "100 N", "time [ms]"} <= set(found)
+    kept, passages = words_of(ROOT / shown), words_of(drawn)
+    assert kept == passages
+    assert {"Verdict: pass", "peaks against the reference", "100 N", "time [ms]"} <= set(passages)
 
 
 def words_of(path: Path) -> list[str]:
@@ -155,8 +155,8 @@ def test_the_description_has_no_link_to_a_file(wheel: dict[str, bytes]) -> None:
     # All else is as it stands, code and all.
     assert "docs/picture.svg" not in shown
     code = r"^```.*?^```|^    .*?$"
-    found = [re.findall(code, text, re.DOTALL | re.MULTILINE) for text in (README, shown)]
-    assert found[0] == found[1]
+    passages = [re.findall(code, text, re.DOTALL | re.MULTILINE) for text in (README, shown)]
+    assert passages[0] == passages[1]
 
 
 @pytest.mark.parametrize(

@@ -37,7 +37,7 @@ def test_every_engine_is_public_on_a_page_and_in_the_schema(engine: Engine) -> N
 
 def test_every_column_is_on_a_page() -> None:
     pages = page("sweeps.md") + page("scenes.md")
-    assert [one.name for one in FOUND_COLUMNS if f"`{one.name}`" not in pages] == []
+    assert [column.name for column in FOUND_COLUMNS if f"`{column.name}`" not in pages] == []
 
 
 def test_every_check_of_the_demo_has_a_row() -> None:

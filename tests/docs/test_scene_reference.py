@@ -118,7 +118,7 @@ def test_an_example_and_a_default_are_those_of_the_reader(row: Row) -> None:
     if isinstance(value, str) and value[0].isdigit():
         assert row.unit, "carries a unit where the page has none"
     if row.section != "[[chain.segments]]":
-        default = {one.name: one.default for one in fields(PARTS[row.section])}[row.key]
+        default = {item.name: item.default for item in fields(PARTS[row.section])}[row.key]
         if row.default.startswith("`"):
             assert default == tomllib.loads(f"value = {row.default.strip('`')}")["value"]
         else:
@@ -144,7 +144,7 @@ def test_the_cells_of_a_key_are_its_own(row: Row) -> None:
         return  # each shock has its own; the bounds of a segment are its own
     words = ["integer"] if key.kind == "int" else ["`true`, `false`"] if key.kind == "bool" else []
     words += [f"{words} {bound:g}" for words, bound in key.bounds.items() if bound < 1e6]
-    words += [f"`{one}`" for one in key.choices]
+    words += [f"`{item}`" for item in key.choices]
     assert row.allowed.startswith(", ".join(words))
 
 

@@ -93,8 +93,8 @@ def test_a_further_engine_is_a_folder_and_a_line(tmp_path: Path) -> None:
         "other: momentum [N s]",
         "other: energy [J]",
     ]
-    found = json.loads((tmp_path / "compared.json").read_text(encoding="utf-8"))
-    assert all(row["dummy_N"] > 0 for row in found["rows"])
+    table = json.loads((tmp_path / "compared.json").read_text(encoding="utf-8"))
+    assert all(row["dummy_N"] > 0 for row in table["rows"])
     for file, wanted in (("page.html", "Dummy, error estimate"), ("junit.xml", "dummy: energy")):
         assert wanted in (tmp_path / file).read_text(encoding="utf-8")
     assert "Dummy" in (tmp_path / "plot.svg").read_text(encoding="utf-8")
@@ -106,8 +106,8 @@ def test_doctor_knows_it(monkeypatch: pytest.MonkeyPatch) -> None:
         ENGINES, "dummy",
         Engine("dummy", "Dummy", __name__, "Installed", "#56B4E9", "D", program="none"),
     )  # fmt: skip
-    (found,) = [one for one in doctor._other_codes() if one.name == "Dummy"]
-    assert found.text == "only for --backend dummy; brew install dummy"
+    (dummy,) = [entry for entry in doctor._other_codes() if entry.name == "Dummy"]
+    assert dummy.text == "only for --backend dummy; brew install dummy"
 
 
 class Installed:
@@ -117,21 +117,24 @@ class Installed:
 
 
 def test_doctor_says_what_optional_packages_are_for(monkeypatch: pytest.MonkeyPatch) -> None:
-    own = metadata.version
+    installed = metadata.version
 
     def version(name: str) -> str:
         if name == "distributed":
             raise metadata.PackageNotFoundError
-        return own(name)
+        return installed(name)
 
     monkeypatch.setattr(doctor, "_every_lammps", list)
-    found = {one.name: one for one in doctor.diagnose()}
-    assert (found["distributed"].text, found["distributed"].works) == (own("distributed"), True)
+    codes = {entry.name: entry for entry in doctor.diagnose()}
+    assert (codes["distributed"].text, codes["distributed"].works) == (
+        installed("distributed"),
+        True,
+    )
     monkeypatch.setattr(metadata, "version", version)
-    found = {one.name: one for one in doctor.diagnose()}
-    assert not found["distributed"].works
-    assert not found["distributed"].needed
-    assert found["distributed"].text.endswith("; pip install 'hertzchain[cluster]'")
+    codes = {entry.name: entry for entry in doctor.diagnose()}
+    assert not codes["distributed"].works
+    assert not codes["distributed"].needed
+    assert codes["distributed"].text.endswith("; pip install 'hertzchain[cluster]'")
 
 
 def test_entries_are_told_apart() -> None:

@@ -83,9 +83,12 @@ def test_intervals_hold_the_truth() -> None:
     assert "each file has a clock of its own" in both.remarks
     traces = experiment(0.01, seed=3)
     channels = [traces[["time_s", name]] for name in traces.columns[1:]]
-    one = hc.fit(START, channels, FREE)
-    assert (len(one.shifts), one.remarks) == (1, ("the files are of one record, on one clock",))
-    assert one.parameters[0].value == pytest.approx(fit.parameters[0].value, rel=1e-9)
+    together = hc.fit(START, channels, FREE)
+    assert (len(together.shifts), together.remarks) == (
+        1,
+        ("the files are of one record, on one clock",),
+    )
+    assert together.parameters[0].value == pytest.approx(fit.parameters[0].value, rel=1e-9)
     assert len(hc.fit(START, channels, FREE, clock="own").shifts) == len(channels) > 1
 
 

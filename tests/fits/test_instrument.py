@@ -85,8 +85,8 @@ def test_hum_and_droop() -> None:
 
 def test_a_drift_of_each_record() -> None:
     """Two files of one gauge have clocks, offsets and drifts of their own, and one gain."""
-    (one, truth), (two, _) = (shown(0.01, seed, gain=1.06, drift=DRIFT) for seed in (3, 4))
-    fit = hc.fit(START, [one, two], [*FREE, "gauge_9.gain", "gauge_9.drift", "gauge_4.drift"])
+    (first, truth), (two, _) = (shown(0.01, seed, gain=1.06, drift=DRIFT) for seed in (3, 4))
+    fit = hc.fit(START, [first, two], [*FREE, "gauge_9.gain", "gauge_9.drift", "gauge_4.drift"])
     values = {value.key: value for value in fit.parameters}
     assert [*values][4:] == [f"gauge_{k}.drift[{n}]" for n in (1, 2) for k in (4, 9)]
     for key in [*values][4:]:

@@ -37,7 +37,7 @@ def check_answers(scene: hc.Scene, asked: Iterable[tuple[hc.Native, float]]) -> 
     granules collide over and over, so that no solver knows the answer.
     """
     scene = lasting(scene)
-    truth, found = extrapolation.solve(scene), []
+    truth, results = extrapolation.solve(scene), []
     for native, rtol in asked:
         try:
             result = replace(native, wanted="all").run(scene)
@@ -47,10 +47,10 @@ def check_answers(scene: hc.Scene, asked: Iterable[tuple[hc.Native, float]]) -> 
         assert result.error_estimate <= rtol or truth.error > rtol, native
         error = largest_difference(result.peak_force, truth.force)
         assert error <= result.error_estimate + truth.error, native
-        found.append(result)
+        results.append(result)
         with suppress(hc.HertzchainError):  # a refusal is honest
             check_contacts(replace(native, wanted="first").run(scene), truth)
-    return found
+    return results
 
 
 def check_short(scene: hc.Scene) -> None:

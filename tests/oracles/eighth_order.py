@@ -214,7 +214,7 @@ def _error(room: Any, h: float, fastest: float, deepest: float, reach: int) -> f
 @compiled
 def _seek(
     place: int, i: int, low: float, high: float, at_low: float, at_high: float, room: Any,
-    piece: Any, time: float, spheres: Any, reach: int, found: Any,
+    piece: Any, time: float, spheres: Any, reach: int, crest: Any,
 ) -> None:  # fmt: skip
     """Step from the start of a step to where the overlap rate of contact i, or its rate, is 0.
 
@@ -226,11 +226,11 @@ def _seek(
         if not low < x < high:
             x = 0.5 * (low + high)
         _step(room, piece, time, x, spheres, reach)
-        found[0] = x
-        found[1] = room.u[i] - room.u[i + 1] + (room.du[i] - room.du[i + 1])
-        found[_RATE] = room.slopes_u[12, i] - room.slopes_u[12, i + 1]
-        found[_RATE_OF_RATE] = room.slopes_v[12, i] - room.slopes_v[12, i + 1]
-        value = found[place]
+        crest[0] = x
+        crest[1] = room.u[i] - room.u[i + 1] + (room.du[i] - room.du[i + 1])
+        crest[_RATE] = room.slopes_u[12, i] - room.slopes_u[12, i + 1]
+        crest[_RATE_OF_RATE] = room.slopes_v[12, i] - room.slopes_v[12, i + 1]
+        value = crest[place]
         if abs(value) <= 1e-10 * scale or high - low <= 1e-14 * high:
             return
         # Regula falsi; the value at an end that stays is halved (Illinois).
@@ -247,7 +247,7 @@ def _seek(
 @compiled
 def _highest_within(
     i: int, h: float, w0: float, w1: float, g0: float, g1: float, room: Any, piece: Any,
-    time: float, spheres: Any, reach: int, found: Any,
+    time: float, spheres: Any, reach: int, crest: Any,
 ) -> float:  # fmt: skip
     """The largest overlap of a contact between the ends of a step; -1 if it is at an end.
 
@@ -257,17 +257,17 @@ def _highest_within(
     if (w0 > 0) == (w1 > 0):
         if not (g0 * g1 < 0 and (g0 < 0) == (w0 > 0)):
             return -1.0
-        _seek(_RATE_OF_RATE, i, 0.0, h, g0, g1, room, piece, time, spheres, reach, found)
-        if (found[_RATE] > 0) == (w0 > 0):
+        _seek(_RATE_OF_RATE, i, 0.0, h, g0, g1, room, piece, time, spheres, reach, crest)
+        if (crest[_RATE] > 0) == (w0 > 0):
             return -1.0
         if w0 > 0:
-            high, at_high = found[0], found[_RATE]
+            high, at_high = crest[0], crest[_RATE]
         else:
-            low, at_low = found[0], found[_RATE]
+            low, at_low = crest[0], crest[_RATE]
     elif w1 > 0:
         return -1.0
-    _seek(_RATE, i, low, high, at_low, at_high, room, piece, time, spheres, reach, found)
-    return float(found[1])
+    _seek(_RATE, i, low, high, at_low, at_high, room, piece, time, spheres, reach, crest)
+    return float(crest[1])
 
 
 @compiled
@@ -292,7 +292,7 @@ def _march(
     grown_u, grown_v, lost_u, lost_v = np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n)
     after = np.zeros((2, n))
     start = np.zeros(n)
-    found = np.zeros(4)
+    crest = np.zeros(4)
     fastest, deepest, moved, steps = 0.0, 0.0, 1, 0
     for p in range(pieces.shape[0]):
         piece = pieces[p]
@@ -331,7 +331,7 @@ def _march(
                 g0, g1 = start[i] - start[i + 1], after[1, i] - after[1, i + 1]
                 if max(r0, r1) + h * (abs(w0) + abs(w1) + h * (abs(g0) + abs(g1))) > highest[i]:
                     inside = _highest_within(
-                        i, h, w0, w1, g0, g1, room, piece, time, spheres, reach, found
+                        i, h, w0, w1, g0, g1, room, piece, time, spheres, reach, crest
                     )
                     highest[i] = max(highest[i], inside)
             _add(u, grown_u, lost_u, reach)

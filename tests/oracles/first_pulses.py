@@ -143,12 +143,12 @@ class Trace:
 
     def states(self, times: Floats) -> Floats:
         """Displacements and velocities at increasing times, (2 granules, times)."""
-        found = np.zeros((2 * self.granules, times.size))
+        states = np.zeros((2 * self.granules, times.size))
         for begin, end, solution in self.parts:
-            here = (times >= begin) & (times <= end)
-            if here.any():
-                found[:, here] = solution(times[here])
-        return found
+            inside = (times >= begin) & (times <= end)
+            if inside.any():
+                states[:, inside] = solution(times[inside])
+        return states
 
 
 def seen(times: Floats, f: Floats, read: Callable[[float], float]) -> Seen:
@@ -164,11 +164,11 @@ def seen(times: Floats, f: Floats, read: Callable[[float], float]) -> Seen:
     low, high = times[max(best - 1, 0)], times[min(best + 1, times.size - 1)]
     # Within the interval: SciPy finds a place to 1e-8 of itself, and a dashpot that closes
     # jumps to its maximum.
-    found = minimize_scalar(
+    maximum = minimize_scalar(
         lambda s: -read(low + s * (high - low)), bounds=(0, 1), method="bounded",
         options={"xatol": 1e-9},
     )  # fmt: skip
-    force = max(-float(found.fun), top)
+    force = max(-float(maximum.fun), top)
 
     def excess(time: float) -> float:
         return read(time) - force / 2
@@ -180,7 +180,7 @@ def seen(times: Floats, f: Floats, read: Callable[[float], float]) -> Seen:
     if reached:
         arrival = brentq(excess, times[reached - 1], times[reached], xtol=1e-18)
     end = None if over is None else brentq(excess, times[over - 1], times[over], xtol=1e-18)
-    return Seen(force, float(low + found.x * (high - low)), arrival, end)
+    return Seen(force, float(low + maximum.x * (high - low)), arrival, end)
 
 
 def all_pulses(times: Floats, f: Floats, read: Callable[[float], float]) -> list[Seen]:
@@ -188,7 +188,7 @@ def all_pulses(times: Floats, f: Floats, read: Callable[[float], float]) -> list
     padded = np.concatenate([[0.0], np.maximum(f, 0.0), [0.0]])  # at an end, too, is a maximum
     places = find_peaks(padded, height=0.009 * f.max())[0]
     stands = peak_prominences(padded, places)[0] >= 0.049 * padded[places]
-    found = []
+    pulses = []
     for k in places[stands] - 1:
         low, high = times[max(k - 1, 0)], times[min(k + 1, times.size - 1)]
         top = minimize_scalar(
@@ -206,5 +206,5 @@ def all_pulses(times: Floats, f: Floats, read: Callable[[float], float]) -> list
             arrival = brentq(excess, times[before[-1]], times[before[-1] + 1], xtol=1e-18)
         if after.size:
             end = brentq(excess, times[k + after[0] - 1], times[k + after[0]], xtol=1e-18)
-        found.append(Seen(force, float(low + top.x * (high - low)), arrival, end))
-    return found
+        pulses.append(Seen(force, float(low + top.x * (high - low)), arrival, end))
+    return pulses

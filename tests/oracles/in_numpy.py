@@ -126,12 +126,12 @@ def _samples(chain: Chain, leg: Leg, block: Sequence[tuple[float, State]], order
     time = np.array([reached for reached, _ in block])
     displacement = np.array([state.displacement for _, state in block])
     velocity = np.array([state.velocity for _, state in block])
-    found = samples_of(chain, leg, time, displacement, velocity)
-    if order > 2 or found.jerk is None:
-        return found
+    sampled = samples_of(chain, leg, time, displacement, velocity)
+    if order > 2 or sampled.jerk is None:
+        return sampled
     # The error of velocity Verlet's velocities, which are central differences of displacements.
     h = (time[-1] - time[0]) / (time.size - 1)
-    return replace(found, velocity=velocity - h**2 / 6 * found.jerk)
+    return replace(sampled, velocity=velocity - h**2 / 6 * sampled.jerk)
 
 
 def simulate_in_numpy(

@@ -30,28 +30,28 @@ DESCRIBE = {"$ref", "allOf", "anyOf", "properties"}
 @cache
 def read(name: str) -> dict[str, Any]:
     """A schema by the name of its file."""
-    found: dict[str, Any] = json.loads((FOLDER / name).read_text(encoding="utf-8"))
-    return found
+    parsed: dict[str, Any] = json.loads((FOLDER / name).read_text(encoding="utf-8"))
+    return parsed
 
 
 def closed(schema: dict[str, Any], whole: bool = True) -> dict[str, Any]:
     """A schema without further keys, here (``whole``) and in all that it describes."""
     if unknown := schema.keys() - KNOWN:
         raise ValueError(f"{sorted(unknown)} is not known here")
-    found = dict(schema)
+    merged = dict(schema)
     for key in ("$defs", "properties"):
         if key in schema:
             parts = schema[key].items()
-            found[key] = {name: closed(part, key == "properties") for name, part in parts}
+            merged[key] = {name: closed(part, key == "properties") for name, part in parts}
     for key in ("allOf", "anyOf"):
         if key in schema:
-            found[key] = [closed(part, key == "anyOf") for part in schema[key]]
+            merged[key] = [closed(part, key == "anyOf") for part in schema[key]]
     for key in ("items", "additionalProperties"):
         if isinstance(schema.get(key), dict):
-            found[key] = closed(schema[key])
+            merged[key] = closed(schema[key])
     if whole and schema.keys() & DESCRIBE:
-        found["unevaluatedProperties"] = False
-    return found
+        merged["unevaluatedProperties"] = False
+    return merged
 
 
 @cache

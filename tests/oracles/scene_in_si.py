@@ -101,9 +101,9 @@ def _materials(scene: hc.Scene) -> list[Floats]:
     }
     if isinstance(scene.shock, hc.Striker):
         for name, values in columns.items():
-            own = getattr(scene.shock, name)
-            if own is not None:
-                values[0] = own
+            value = getattr(scene.shock, name)
+            if value is not None:
+                values[0] = value
     return list(columns.values())
 
 

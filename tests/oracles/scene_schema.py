@@ -24,26 +24,26 @@ def schema_of(name: str, key: Key, said: str) -> dict[str, Any]:
     if key.kind == "str":
         return {"enum": [*key.choices]}
     kind = _KINDS[key.kind]
-    found: dict[str, Any] = {"type": kind}
+    rule: dict[str, Any] = {"type": kind}
     if name.startswith("chain.") and key.kind != "int":  # one for each granule
-        found = {"type": [kind, "array"], "items": {"type": kind}}
-    found["description"] = key.axis if key.label else said
+        rule = {"type": [kind, "array"], "items": {"type": kind}}
+    rule["description"] = key.axis if key.label else said
     words = {"above": "exclusiveMinimum", "at least": "minimum", "below": "exclusiveMaximum",
              "at most": "maximum"}  # fmt: skip
-    return found | {words[one]: bound for one, bound in key.bounds.items()}
+    return rule | {words[bound_name]: bound for bound_name, bound in key.bounds.items()}
 
 
 def updated(parts: dict[str, Any]) -> dict[str, Any]:
     """The document with the schema of each key as the key declares it."""
     sections = parts["$defs"]["scene"]["properties"]
     for name, key in KEYS.items():
-        section, _, own = name.partition(".")
+        section, _, key_name = name.partition(".")
         properties = sections[section].get("items", sections[section])["properties"]
-        before = properties.get(own, {})
-        properties[own] = schema_of(name, key, before.get("description", own))
+        before = properties.get(key_name, {})
+        properties[key_name] = schema_of(name, key, before.get("description", key_name))
     return parts
 
 
 if __name__ == "__main__":
-    made = updated(json.loads(FILE.read_text(encoding="utf-8")))
-    FILE.write_text(json.dumps(made, indent=2, ensure_ascii=False) + "\n", encoding="utf-8")
+    schema = updated(json.loads(FILE.read_text(encoding="utf-8")))
+    FILE.write_text(json.dumps(schema, indent=2, ensure_ascii=False) + "\n", encoding="utf-8")

@@ -15,7 +15,7 @@ import pytest
 from matplotlib.image import imread
 
 import hertzchain as hc
-from hertzchain import showing
+from hertzchain import progress
 from hertzchain.report.documents import of_examination
 from hertzchain.verdict.check import Check, Kind
 from tests.command_line import Command
@@ -217,7 +217,7 @@ def test_commands_say_what_they_do(
     def kept() -> Iterator[Callable[[str], None]]:
         yield lines.append
 
-    monkeypatch.setattr(showing, "shown_progress", kept)
+    monkeypatch.setattr(progress, "shown_progress", kept)
     monkeypatch.chdir(tmp_path)
     write_scope(tmp_path / "scope.csv", 1000)
     SCENE.to_toml(tmp_path / "scene.toml")

@@ -179,9 +179,9 @@ def test_json(shown: Shown) -> None:
     what, document, passes = shown
     numbers = json.loads(json.dumps(document.numbers(), allow_nan=False))
     clocks = {"wall_time_s", "compile_time_s"}
-    own = json.loads(json.dumps(what.to_dict()))
+    of_object = json.loads(json.dumps(what.to_dict()))
     assert {k: v for k, v in numbers.items() if k not in clocks} == {
-        k: v for k, v in own.items() if k not in clocks
+        k: v for k, v in of_object.items() if k not in clocks
     }
     assert numbers.get("verdict") == {None: None, True: "pass", False: "fail"}[passes]
     checks = {check["name"]: check["passed"] for check in numbers.get("checks", [])}

@@ -85,8 +85,6 @@ def test_a_scene_a_path_or_neither(path: Path) -> None:
 TERMS = {
     "pulse": (),
     "half-sine": (),
-    "sawtooth": (),
-    "trapezoid": (),
     "pulse-table": (),
     "striker": ("striker",),
     "wall": ("striker", "wall"),

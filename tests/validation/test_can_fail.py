@@ -98,21 +98,21 @@ def failed_of_table(script: ModuleType, table: pd.DataFrame) -> list[str]:
 @pytest.mark.parametrize(
     "script",
     [
-        pytest.param(one, marks=[pytest.mark.slow] * (one in (constants, figure5)))
-        for one in FAILING
+        pytest.param(item, marks=[pytest.mark.slow] * (item in (constants, figure5)))
+        for item in FAILING
     ],
     ids=lambda script: script.__name__,
 )
 def test_numbers_that_are_off_or_lost_fail(script: ModuleType) -> None:
-    found = {}
+    failing = {}
     for column in FAILING[script]:
         true = kept(script)[column].astype(float)
         lost = true.where(true.index != true.last_valid_index())
-        found[column] = tuple(
+        failing[column] = tuple(
             len(failed_of_table(script, kept(script).assign(**{column: numbers})))
             for numbers in (true * 1.00001, true * 1.02, lost)
         )
-    assert found == FAILING[script]
+    assert failing == FAILING[script]
 
 
 # Maps, whose table is not kept
@@ -131,14 +131,14 @@ def test_maps_that_are_off_or_have_gaps_fail(maps: pd.DataFrame) -> None:
     assert failed_of_table(formula_maps, maps) == []
     read = pd.read_csv(io.StringIO(maps.to_csv(index=False)))
     assert formula_maps.promises(read) == formula_maps.promises(maps)
-    found = {}
+    failing = {}
     for column in MAPS:
         lost = maps[column].where(maps.index != maps[column].last_valid_index())
-        found[column] = tuple(
+        failing[column] = tuple(
             len(failed_of_table(formula_maps, maps.assign(**{column: numbers})))
             for numbers in (maps[column] * 1.02, maps[column] + 1, lost)
         )
-    assert found == MAPS
+    assert failing == MAPS
     wrong = maps.copy()
     wrong.loc[100, ["p", "eq3", *(f"{name}_error" for name in formula_maps.EQUATIONS)]] = math.nan
     assert "cosine: points without p" in failed_of_table(formula_maps, wrong)
@@ -190,7 +190,7 @@ def test_a_wrong_simulation_fails(
 
     monkeypatch.setattr(chains, "answers", doctored)
     # What no doctor touches, and takes seconds.
-    numbers = [one for one in published.NUMBERS if one.scene or "dimer" not in one.what]
+    numbers = [item for item in published.NUMBERS if item.scene or "dimer" not in item.what]
     monkeypatch.setattr(published, "NUMBERS", numbers)
     assert failed_rows(script.compare(True, False)) == expected
 
@@ -214,12 +214,12 @@ def test_nesterenko_wave_solves_his_equation() -> None:
     """V^2 xi against xi^(3/2) + ((xi^(3/2))_xx - 3/8 xi^(-1/2) xi_x^2) / 12, by differences."""
     h = 1e-4
     x = np.linspace(-2.2, 2.2, 45)
-    before, here, after = (constants.nesterenko_overlap(x + k * h) for k in (-1, 0, 1))
-    curvature = (before**1.5 - 2 * here**1.5 + after**1.5) / h**2
+    before, middle, after = (constants.nesterenko_overlap(x + k * h) for k in (-1, 0, 1))
+    curvature = (before**1.5 - 2 * middle**1.5 + after**1.5) / h**2
     slope = (after - before) / (2 * h)
-    stress = here**1.5 + (curvature - 3 / 8 * slope**2 / np.sqrt(here)) / 12
+    stress = middle**1.5 + (curvature - 3 / 8 * slope**2 / np.sqrt(middle)) / 12
     # Second differences: h^2 / 12 of a fourth derivative of some tens, and round-off 1e-16 / h^2.
-    assert stress == pytest.approx(constants.NESTERENKO_SPEED**2 * here, rel=0, abs=1e-7)
+    assert stress == pytest.approx(constants.NESTERENKO_SPEED**2 * middle, rel=0, abs=1e-7)
 
 
 def test_the_far_field_of_an_impulse() -> None:
@@ -227,12 +227,12 @@ def test_the_far_field_of_an_impulse() -> None:
     expected = limits.IMPULSE_COEFFICIENT
     assert limits.impulse_coefficient() == pytest.approx(expected, rel=1e-10, abs=0)
     # The same from the native solver: short pulses, and their error of LM^3 taken out.
-    found = []
+    failing = []
     for momentum_ratio in (0.02, 0.01):
         scene = limits.impulse_scene(momentum_ratio, granules=50)
         impulse = scene.impulse / scene.units.momentum
         peaks = hc.Native("reference").run(scene).peak_force / scene.units.force
-        found.append(peaks[40] / impulse**1.2)
-    extrapolated = (8 * found[1] - found[0]) / 7
+        failing.append(peaks[40] / impulse**1.2)
+    extrapolated = (8 * failing[1] - failing[0]) / 7
     # 1e-3 of the error of the better one: the next term is smaller by a power of LM.
     assert extrapolated == pytest.approx(expected, rel=2e-10, abs=0)

@@ -77,12 +77,12 @@ def test_native_alone_passes_and_is_judged_alike_from_a_file(name: str) -> None:
     """In their quick form, of those whose quick form is slow with LAMMPS."""
     script = SCRIPTS[name].SCRIPT
     table = script.measure(True, False)
-    found = script.promises(table)
-    assert [entry for entry in found if not entry.passed] == []
-    assert "lammps" not in {entry.backend for entry in found}
+    judged = script.promises(table)
+    assert [entry for entry in judged if not entry.passed] == []
+    assert "lammps" not in {entry.backend for entry in judged}
     read = pd.read_csv(io.StringIO(table.to_csv(index=False)))
     assert [entry.what for entry in script.promises(read) if entry.passed] == [
-        entry.what for entry in found
+        entry.what for entry in judged
     ]
     assert len(script.draw(read).axes) > 0
 
@@ -113,10 +113,10 @@ def test_what_is_kept_of_a_script_keeps_its_promises(name: str) -> None:
     kept_table = RESULTS / f"{name}.csv"
     assert kept_table.exists() == (name not in TOO_LARGE)
     if name not in TOO_LARGE:
-        found = SCRIPTS[name].SCRIPT.promises(pd.read_csv(kept_table, comment="#"))
+        judged = SCRIPTS[name].SCRIPT.promises(pd.read_csv(kept_table, comment="#"))
         # What the whole form judges, with LAMMPS: a table made with less of it has fewer rows.
-        assert len(found) == KEPT_ROWS[name]
-        assert [entry for entry in found if not entry.passed] == []
+        assert len(judged) == KEPT_ROWS[name]
+        assert [entry for entry in judged if not entry.passed] == []
 
 
 def small_script(passed: bool) -> Script:

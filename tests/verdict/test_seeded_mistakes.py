@@ -95,12 +95,6 @@ def test_without_a_mistake_nothing_is_caught() -> None:
     assert comparison.verdict == "pass"
 
 
-# By how much
-
-
-# Mistakes outside of decks
-
-
 # The number of granules
 
 

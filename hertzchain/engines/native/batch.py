@@ -72,7 +72,7 @@ from hertzchain.scene.scene import (
 )
 from hertzchain.scene.schedule import watched_time
 from hertzchain.scene.shocks import PROFILES, SHAPES, Profile, Pulse, profile_named
-from hertzchain.showing import Shown
+from hertzchain.shown import Shown
 
 if TYPE_CHECKING:
     import pandas
@@ -359,30 +359,38 @@ def _march_alike(
     signals = np.empty((scenes, alike[0].signals.size), alike[0].signals.dtype)
     for of_scene, job in zip(signals, alike, strict=True):
         of_scene[:] = job.signals
-    force, time = np.zeros((scenes, contacts)), np.full((scenes, contacts), np.nan)
-    motion, outcomes = np.zeros((scenes, 2, granules)), np.full((scenes, 11), np.nan)
-    pulses, static = np.zeros(signals.shape, PULSE), signals["static"].copy()
-    nothing, leave_behind = room_for(), False
+    static = signals["static"].copy()
+    seen = elastic.Watched(
+        np.zeros((scenes, contacts)), np.full((scenes, contacts), np.nan), room_for(),
+        np.zeros(signals.shape, PULSE), np.zeros((scenes, 2, granules)),
+        np.full((scenes, 11), np.nan),
+    )  # fmt: skip
 
     def part(some: slice, control: FloatArray) -> None:
         chains = chain._replace(**{name: values[some] for name, values in of_chains.items()})
         watch = watch_of(signals[0].copy(), contacts)
         state, blank = (elastic_chain.at_the_start(granules) for _ in range(2))
         elastic.march_watched(
-            rows[some], steps[0], tolerance[some], state, blank, granules, start[some], chains,
-            first.moving, leave_behind, force[some], time[some], nothing, watch,
-            watch.pulses.copy(), signals[some], pulses[some], usual[some], motion[some],
-            outcomes[some], control,
+            elastic.Scenes(
+                rows[some], tolerance[some], start[some], usual[some], signals[some]
+            ), steps[0], chains, first.moving,
+            elastic.Reused(state, blank, watch, watch.pulses.copy()),
+            elastic.Watched(
+                seen.force[some], seen.time[some], seen.record, seen.pulses[some],
+                seen.motion[some], seen.outcomes[some],
+            ),
+            control,
         )  # fmt: skip
 
     _in_parts(part, scenes, deadline, cores, LOOKS)
     done = []
-    for n in np.flatnonzero(outcomes[:, 0] == elastic_chain.DONE).tolist():
-        job, values = alike[n], outcomes[n].tolist()
+    for n in np.flatnonzero(seen.outcomes[:, 0] == elastic_chain.DONE).tolist():
+        job, values = alike[n], seen.outcomes[n].tolist()
         outcome = elastic_chain.Outcome(*map(int, values[:4]), *values[4:])
-        of_pulses = FirstPulses.of(pulses[n], static[n])
-        peaks = Peaks(force[n], time[n], time[n] < outcome.end, of_pulses)
-        run = Simulation.of(outcome, motion[n, 0], motion[n, 1], peaks)
+        force, time = seen.force[n], seen.time[n]
+        of_pulses = FirstPulses.of(seen.pulses[n], static[n])
+        peaks = Peaks(force, time, time < outcome.end, of_pulses)
+        run = Simulation.of(outcome, seen.motion[n, 0], seen.motion[n, 1], peaks)
         job.prepared.runs[key_of(job.rows, job.walker)] = run
         done.append((job, run))
     return done

@@ -11,13 +11,19 @@ mode has to change is a root of a smooth function.
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
+from hertzchain.arrays import FloatArray
+from hertzchain.engines.native.elastic_chain import Array, Record, Seen
+from hertzchain.engines.native.equations import Chain
 from hertzchain.observables.compiling import ONE, compiled
 from hertzchain.observables.observer import (
+    Polynomial,
     Step,
+    Watch,
     acting_force,
     acting_rate,
     has_news,
@@ -30,6 +36,28 @@ from hertzchain.observables.observer import (
     value_at,
 )
 
+
+class Motion(NamedTuple):
+    """A chain at the start or at the end of a step, shape (granules + 2,).
+
+    Displacements, velocities, accelerations; forces, how fast they grow, and the power that
+    contacts dissipate.
+    """
+
+    u: FloatArray
+    v: FloatArray
+    a: FloatArray
+    f: FloatArray
+    r: FloatArray
+    power: FloatArray
+
+
+Indices = NDArray[np.int64]
+Pair = tuple[float, float]
+"""A value and its rate, or the two ends of a step."""
+Stride = tuple[float, float, bool]
+"""Begin and length of a step, and whether it is ``fresh``."""
+
 PARTS = 8
 """Parts of a step in which a beginning or an end is searched."""
 
@@ -39,8 +67,8 @@ PARTS = 8
 
 @compiled
 def forces(
-    u: Any, v: Any, on: Any, f: Any, power: Any, stiffness: Any, damping: Any, gap: Any,
-    exponent: float, hi: int,
+    u: Array, v: Array, on: Array, f: Array, power: Array, stiffness: Array, damping: Array,
+    gap: Array, exponent: float, hi: int,
 ) -> None:  # fmt: skip
     """Fill in the force of each contact and the power that it dissipates.
 
@@ -57,7 +85,9 @@ def forces(
 
 
 @compiled
-def accelerations(f: Any, a: Any, inverse_mass: Any, constant: Any, hi: int, pushed: int) -> None:
+def accelerations(
+    f: Array, a: Array, inverse_mass: Array, constant: Array, hi: int, pushed: int
+) -> None:
     """Fill in the acceleration of each granule."""
     for i in range(np.uint64(0), np.uint64(hi)):
         a[i] = (f[i] - f[i + ONE]) * inverse_mass[i] + constant[i]
@@ -67,8 +97,8 @@ def accelerations(f: Any, a: Any, inverse_mass: Any, constant: Any, hi: int, pus
 
 @compiled
 def force_rates(
-    u: Any, v: Any, a: Any, on: Any, rate: Any, stiffness: Any, damping: Any, gap: Any,
-    exponent: float, hi: int,
+    u: Array, v: Array, a: Array, on: Array, rate: Array, stiffness: Array, damping: Array,
+    gap: Array, exponent: float, hi: int,
 ) -> None:  # fmt: skip
     """Fill in the rate of the force of each contact."""
     for i in range(np.uint64(0), np.uint64(hi)):
@@ -82,26 +112,26 @@ def force_rates(
 
 
 @compiled
-def lightest(i: int, c: Any) -> float:
+def lightest(i: int, c: Chain) -> float:
     """1 / mass of the lighter granule of contact i; a wall is the heavier one."""
     ahead = c.inverse_mass[i + 1] if i + 1 < c.inverse_mass.size else 0.0
     return max(c.inverse_mass[i], ahead)
 
 
 @compiled
-def law(d: float, w: float, i: int, c: Any) -> float:
+def law(d: float, w: float, i: int, c: Chain) -> float:
     """Force of contact i at overlap d and closing speed w, without a limit; 0 for d <= 0."""
     return acting_force(d, w, c.stiffness[i], c.damping[i], c.exponent)
 
 
 @compiled
-def law_rate(d: float, w: float, bend: float, i: int, c: Any) -> float:
+def law_rate(d: float, w: float, bend: float, i: int, c: Chain) -> float:
     """Rate of the force of ``law``; ``bend`` is the second derivative of the overlap."""
     return acting_rate(d, w, bend, c.stiffness[i], c.damping[i], c.exponent)
 
 
 @compiled
-def margin(d: float, w: float, i: int, pressing: bool, c: Any) -> float:
+def margin(d: float, w: float, i: int, pressing: bool, c: Chain) -> float:
     """Positive while contact i presses or may press: its overlap, or its force over d^q if less.
 
     The force over d^q, k d^(3/2 - q) + c d', is smooth where d^q is not.
@@ -120,7 +150,7 @@ def margin(d: float, w: float, i: int, pressing: bool, c: Any) -> float:
 
 
 @compiled
-def overlap_curve(start: Any, end: Any, gap: Any, i: int, h: float) -> Any:
+def overlap_curve(start: Motion, end: Motion, gap: Array, i: int, h: float) -> Any:
     """The overlap of contact i within a step, a polynomial in (t - t_start) / h."""
     u0, v0, a0, u1, v1, a1 = start.u, start.v, start.a, end.u, end.v, end.a
     return quintic(
@@ -130,7 +160,7 @@ def overlap_curve(start: Any, end: Any, gap: Any, i: int, h: float) -> Any:
 
 
 @compiled
-def first_change(curve: Any, h: float, i: int, pressing: bool, c: Any) -> float:
+def first_change(curve: Polynomial, h: float, i: int, pressing: bool, c: Chain) -> float:
     """Place in a step, from 0 to 1, where contact i first ends (``pressing``) or begins, or 2."""
     sign = -1.0 if pressing else 1.0
     left, at_left = 0.0, sign * margin(curve[0], curve[1] / h, i, pressing, c)
@@ -146,7 +176,10 @@ def first_change(curve: Any, h: float, i: int, pressing: bool, c: Any) -> float:
 
 
 @compiled
-def _root(curve: Any, h: float, i: int, pressing: bool, bracket: Any, c: Any) -> float:
+def _root(
+    curve: Polynomial, h: float, i: int, pressing: bool, bracket: tuple[float, float, float, float],
+    c: Chain,
+) -> float:  # fmt: skip
     """The root within a bracket, two places and the values there, by the method of Illinois."""
     left, right, at_left, at_right = bracket
     sign, side = -1.0 if pressing else 1.0, 0
@@ -169,7 +202,7 @@ def _root(curve: Any, h: float, i: int, pressing: bool, bracket: Any, c: Any) ->
 
 
 @compiled
-def jerk(rate: Any, i: int, c: Any) -> float:
+def jerk(rate: Array, i: int, c: Chain) -> float:
     """The jerk of a granule, from how fast forces grow; 0 for the wall."""
     if i == c.inverse_mass.size:
         return 0.0
@@ -180,7 +213,7 @@ def jerk(rate: Any, i: int, c: Any) -> float:
 
 
 @compiled
-def end_of_septic(at: Any, i: int, c: Any) -> Any:
+def end_of_septic(at: Motion, i: int, c: Chain) -> Any:
     """The overlap of contact i and its first three derivatives at the start or end of a step."""
     return (
         at.u[i] - at.u[i + 1] - c.gap[i], at.v[i] - at.v[i + 1], at.a[i] - at.a[i + 1],
@@ -190,7 +223,7 @@ def end_of_septic(at: Any, i: int, c: Any) -> Any:
 
 @compiled
 def keep_history(
-    record: Any, kept: int, start: Any, end: Any, on: Any, hi: int, span: Any, c: Any
+    record: Record, kept: int, start: Motion, end: Motion, on: Array, hi: int, span: Pair, c: Chain
 ) -> int:
     """Fill in the wanted times up to the end of a step; returns how many are filled in now.
 
@@ -215,7 +248,7 @@ def keep_history(
 
 
 @compiled
-def held(u: Any, i: int, c: Any) -> float:
+def held(u: Array, i: int, c: Chain) -> float:
     """Elastic energy of contact i."""
     d = u[i] - u[i + 1] - c.gap[i]
     return float(0.4 * c.stiffness[i] * d * d * math.sqrt(d)) if d > 0.0 else 0.0
@@ -233,7 +266,7 @@ IDLE = 1e-3
 
 
 @compiled
-def in_wrong_mode(at: Any, on: Any, i: int, idle: float, c: Any) -> bool:
+def in_wrong_mode(at: Motion, on: Array, i: int, idle: float, c: Chain) -> bool:
     """Whether contact i is in a mode that it should not have.
 
     Under a strong damper a contact opens endlessly, with a force of almost 0 that would keep steps
@@ -252,7 +285,7 @@ def in_wrong_mode(at: Any, on: Any, i: int, idle: float, c: Any) -> bool:
 
 
 @compiled
-def cost(d: float, w: float, at_change: Any, late: float, ending: bool, i: int, c: Any) -> float:
+def cost(d: float, w: float, at_change: Pair, late: float, ending: bool, i: int, c: Chain) -> float:
     """Error of velocity if contact i keeps its mode for a time ``late`` too long.
 
     ``at_change`` has overlap and closing speed when the mode should have changed; d and w are the
@@ -275,7 +308,7 @@ def cost(d: float, w: float, at_change: Any, late: float, ending: bool, i: int, 
 
 
 @compiled
-def lateness(d: float, w: float, bend: float, i: int, c: Any) -> float:
+def lateness(d: float, w: float, bend: float, i: int, c: Chain) -> float:
     """Return the time between now and the change of mode of contact i, past or future.
 
     The mode changes where the overlap is 0, or the force if a damper can make it 0 before that.
@@ -287,7 +320,7 @@ def lateness(d: float, w: float, bend: float, i: int, c: Any) -> float:
 
 
 @compiled
-def begins(d: float, w: float, i: int, h: float, allowed: float, c: Any) -> bool:
+def begins(d: float, w: float, i: int, h: float, allowed: float, c: Chain) -> bool:
     """Whether the force of a contact that begins now matters before a step h is over."""
     reached = w * h
     if w <= 0.0 or d > reached:
@@ -296,7 +329,7 @@ def begins(d: float, w: float, i: int, h: float, allowed: float, c: Any) -> bool
 
 
 @compiled
-def _dips(start: Any, end: Any, h: float, i: int, allowed: float, c: Any) -> bool:
+def _dips(start: Pair, end: Pair, h: float, i: int, allowed: float, c: Chain) -> bool:
     """Whether contact i may end and begin again within a step with a noticeable effect.
 
     Start and end are value and rate of its force, with attraction of its overlap. If the force is
@@ -313,7 +346,7 @@ def _dips(start: Any, end: Any, h: float, i: int, allowed: float, c: Any) -> boo
 
 @compiled
 def earliest(
-    start: Any, end: Any, on: Any, hi: int, h: float, allowed: float, idle: float, c: Any
+    start: Motion, end: Motion, on: Array, hi: int, h: float, allowed: float, idle: float, c: Chain
 ) -> Any:
     """Place in a step of the first change of mode that matters, from 0 to 1 or 2; its contact."""
     u0, v0, u1, v1 = start.u, start.v, end.u, end.v
@@ -356,7 +389,7 @@ def earliest(
 
 
 @compiled
-def keep_ends(seen: Any, f: Any, time: float, hi: int) -> None:
+def keep_ends(seen: Seen, f: Array, time: float, hi: int) -> None:
     """Keep the forces of an instant that are higher than all before."""
     for i in range(min(hi, seen.force.size)):
         if f[i + 1] > seen.force[i]:
@@ -364,7 +397,7 @@ def keep_ends(seen: Any, f: Any, time: float, hi: int) -> None:
 
 
 @compiled
-def hidden_maximum(start: Any, end: Any, seen: Any, h: float, hi: int) -> bool:
+def hidden_maximum(start: Motion, end: Motion, seen: Seen, h: float, hi: int) -> bool:
     """Whether a force may have a maximum that matters within a step whose start is not smooth."""
     for i in range(min(hi, seen.force.size)):
         if end.r[i + 1] < 0.0 and (start.r[i + 1] > 0.0 or start.f[i + 1] == 0.0):
@@ -375,7 +408,7 @@ def hidden_maximum(start: Any, end: Any, seen: Any, h: float, hi: int) -> bool:
 
 
 @compiled
-def _maximum(start: Any, end: Any, i: int, above: float, h: float, c: Any) -> Any:
+def _maximum(start: Motion, end: Motion, i: int, above: float, h: float, c: Chain) -> Any:
     """A maximum within a step of the force of contact i that is above a force, and its place."""
     f0, f1 = start.f[i + 1], end.f[i + 1]
     rise, end_rise, grown = start.r[i + 1] * h, end.r[i + 1] * h, f1 - f0
@@ -392,7 +425,9 @@ def _maximum(start: Any, end: Any, i: int, above: float, h: float, c: Any) -> An
 
 
 @compiled
-def keep_maxima(start: Any, end: Any, seen: Any, begin: float, h: float, hi: int, c: Any) -> None:
+def keep_maxima(
+    start: Motion, end: Motion, seen: Seen, begin: float, h: float, hi: int, c: Chain
+) -> None:
     """The maxima of contact forces within a step."""
     for i in range(min(hi, seen.force.size)):
         force, s = _maximum(start, end, i, seen.force[i], h, c)
@@ -401,7 +436,7 @@ def keep_maxima(start: Any, end: Any, seen: Any, begin: float, h: float, hi: int
 
 
 @compiled
-def first_maximum(start: Any, end: Any, seen: Any, h: float, hi: int, c: Any) -> float:
+def first_maximum(start: Motion, end: Motion, seen: Seen, h: float, hi: int, c: Chain) -> float:
     """Place in a step, from 0 to 1, of the first maximum that is not near an end of it; or 1."""
     first = 1.0
     for i in range(min(hi, seen.force.size)):
@@ -412,7 +447,7 @@ def first_maximum(start: Any, end: Any, seen: Any, h: float, hi: int, c: Any) ->
 
 
 @compiled
-def _acting(contact: int, chosen: Any, hi: int, c: Any) -> int:
+def _acting(contact: int, chosen: Indices, hi: int, c: Chain) -> int:
     """Place in a part of the chain of one of its contacts; -1 where it is not there, or open."""
     for n in range(hi):
         if chosen[n] == contact and c.stiffness[n] > 0.0:
@@ -421,7 +456,9 @@ def _acting(contact: int, chosen: Any, hi: int, c: Any) -> int:
 
 
 @compiled
-def observe(watch: Any, start: Any, end: Any, span: Any, hi: int, c: Any, chosen: Any) -> None:
+def observe(
+    watch: Watch, start: Motion, end: Motion, span: Stride, hi: int, c: Chain, chosen: Indices
+) -> None:
     """Look at the contacts, and at gauges in granules, within a step.
 
     ``span`` is the begin of the step, its length and whether it is ``fresh``, without rates at its
@@ -453,7 +490,10 @@ def _is_monotone(rise: float, end_rise: float, grown: float) -> bool:
 
 
 @compiled
-def _look(watch: Any, k: int, i: int, j: int, start: Any, end: Any, span: Any, c: Any) -> None:
+def _look(
+    watch: Watch, k: int, i: int, j: int, start: Motion, end: Motion,
+    span: tuple[float, float, bool], c: Chain,
+) -> None:  # fmt: skip
     """Look at a signal whose contacts are i and j here; -1 for none, or one that does not act."""
     (begin, h, fresh), nothing = span, (0.0, 0.0, 0.0, 0.0)
     s = watch.signals[k]
@@ -481,7 +521,7 @@ def _look(watch: Any, k: int, i: int, j: int, start: Any, end: Any, span: Any, c
 
 
 @compiled
-def start_modes(u: Any, v: Any, on: Any, c: Any) -> bool:
+def start_modes(u: Array, v: Array, on: Array, c: Chain) -> bool:
     """Modes at the start; returns whether a contact begins with a closing speed."""
     fresh = False
     for i in range(on.size):

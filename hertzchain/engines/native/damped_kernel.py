@@ -13,11 +13,14 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.native.damped_contacts import (
     EVENT,
     IDLE,
+    Indices,
+    Motion,
     accelerations,
     begins,
     cost,
@@ -46,7 +49,10 @@ from hertzchain.engines.native.elastic_chain import (
     STUCK,
     TOO_MUCH,
     VELOCITY,
+    Array,
     Outcome,
+    Progress,
+    Record,
     Seen,
     Start,
     applied_force,
@@ -60,21 +66,6 @@ from hertzchain.engines.native.elastic_chain import (
 from hertzchain.engines.native.equations import Chain
 from hertzchain.observables.compiling import compiled, compiled_and_kept
 from hertzchain.observables.observer import Watch, power_of, usual_end
-
-
-class Motion(NamedTuple):
-    """A chain at the start or at the end of a step, shape (granules + 2,).
-
-    Displacements, velocities, accelerations; forces, how fast they grow, and the power that
-    contacts dissipate: see ``damped_contacts``.
-    """
-
-    u: FloatArray
-    v: FloatArray
-    a: FloatArray
-    f: FloatArray
-    r: FloatArray
-    power: FloatArray
 
 
 class Room(NamedTuple):
@@ -186,14 +177,14 @@ def at_the_start(granules: int, stages: int) -> State:
 
 
 @compiled
-def copy(what: Any, to: Any, lo: int, hi: int) -> None:
+def copy(what: Array, to: Array, lo: int, hi: int) -> None:
     """Copy a part of an array."""
     for i in range(np.uint64(lo), np.uint64(hi)):
         to[i] = what[i]
 
 
 @compiled
-def fly(patch: Any, run: Any, until: float, record: Any) -> None:
+def fly(patch: Patch, run: Progress, until: float, record: Record) -> None:
     """Move all granules to a time while no contact acts; constant forces do."""
     start, end, on, c = patch.start, patch.end, patch.on, patch.c
     h, granules = until - run.time, c.inverse_mass.size
@@ -209,11 +200,13 @@ def fly(patch: Any, run: Any, until: float, record: Any) -> None:
     run.time = until
 
 
+Flags = NDArray[np.bool_]
+
 NEVER = math.inf
 
 
 @compiled
-def is_moving(u: Any, v: Any, on: Any, i: int, c: Any) -> bool:
+def is_moving(u: Array, v: Array, on: Array, i: int, c: Chain) -> bool:
     """Whether contact i acts; one that only touches, between granules at rest, does not."""
     if on[i] == 0.0:
         return False
@@ -221,7 +214,7 @@ def is_moving(u: Any, v: Any, on: Any, i: int, c: Any) -> bool:
 
 
 @compiled
-def any_moving(u: Any, v: Any, on: Any, c: Any) -> bool:
+def any_moving(u: Array, v: Array, on: Array, c: Chain) -> bool:
     """Whether any contact acts, or overlaps while its damper holds its force at 0.
 
     Such a contact may press again before it has opened, where a load bends the flight.
@@ -234,7 +227,7 @@ def any_moving(u: Any, v: Any, on: Any, c: Any) -> bool:
 
 
 @compiled
-def clusters(u: Any, v: Any, on: Any, is_pushed: bool, c: Any, inside: Any) -> bool:
+def clusters(u: Array, v: Array, on: Array, is_pushed: bool, c: Chain, inside: Flags) -> bool:
     """Find the contacts to compute, those that act and one on either side; return if any acts.
 
     ``inside`` is filled in, shape (granules,). With ``is_pushed`` granule 1 is among them.
@@ -274,7 +267,9 @@ def _wait(d: float, w: float, bend: float) -> float:
 
 
 @compiled
-def next_touch(u: Any, v: Any, on: Any, since: Any, time: float, inside: Any, c: Any) -> Any:
+def next_touch(
+    u: Array, v: Array, on: Array, since: Array, time: float, inside: Flags, c: Chain
+) -> Any:
     """When open contacts that are not ``inside`` first touch in free flight, and which.
 
     Never, and -1, if none does.
@@ -299,7 +294,7 @@ def next_touch(u: Any, v: Any, on: Any, since: Any, time: float, inside: Any, c:
 
 
 @compiled
-def fly_on(u: Any, v: Any, since: Any, time: float, lo: int, hi: int) -> None:
+def fly_on(u: Array, v: Array, since: Array, time: float, lo: int, hi: int) -> None:
     """Bring granules in free flight to a time."""
     for i in range(lo, hi):
         u[i] += v[i] * (time - since[i])
@@ -307,7 +302,7 @@ def fly_on(u: Any, v: Any, since: Any, time: float, lo: int, hi: int) -> None:
 
 
 @compiled
-def gather(c: Any, inside: Any, into: Any, chosen: Any) -> int:
+def gather(c: Chain, inside: Flags, into: Chain, chosen: Indices) -> int:
     """Copy the granules of the contacts ``inside``; return their number.
 
     ``chosen`` is filled in with their numbers. Where the next granule is not one of them, or
@@ -337,7 +332,7 @@ _LEAST_SQUARED_ERROR = 1e-60
 
 
 @compiled
-def rate_of_dampers(u: Any, on: Any, hi: int, c: Any) -> float:
+def rate_of_dampers(u: Array, on: Array, hi: int, c: Chain) -> float:
     """Bound of the rates at which the dampers that act now stop motions.
 
     No rate is larger than the largest sum of a row of the matrix of dampers over masses
@@ -354,14 +349,16 @@ def rate_of_dampers(u: Any, on: Any, hi: int, c: Any) -> float:
 
 
 @compiled
-def _fly(u: Any, v: Any, u0: Any, v0: Any, time: float, hi: int) -> None:
+def _fly(u: Array, v: Array, u0: Array, v0: Array, time: float, hi: int) -> None:
     for i in range(np.uint64(0), np.uint64(hi)):
         u[i] = u0[i] + time * v0[i]
         v[i] = v0[i]
 
 
 @compiled
-def _combine(u: Any, v: Any, size: float, twice: Any, once: Any, s: int, k: Any, hi: int) -> None:
+def _combine(
+    u: Array, v: Array, size: float, twice: Array, once: Array, s: int, k: Array, hi: int
+) -> None:
     """Add the stages before stage s with rows of coefficients.
 
     ``once`` makes velocities of scaled accelerations, ``twice`` displacements.
@@ -375,7 +372,7 @@ def _combine(u: Any, v: Any, size: float, twice: Any, once: Any, s: int, k: Any,
 
 
 @compiled
-def _sum(of: Any, hi: int) -> float:
+def _sum(of: Array, hi: int) -> float:
     total = 0.0
     for i in range(hi):
         total += of[i]
@@ -383,7 +380,7 @@ def _sum(of: Any, hi: int) -> float:
 
 
 @compiled
-def _bend(bent: Any, rows: Any, nodes: Any, size: float, m: int) -> None:
+def _bend(bent: Array, rows: Array, nodes: Array, size: float, m: int) -> None:
     """Coefficients of displacements in t^(1/m): rows times rows, weighted by dt/dtau of stages."""
     stages = nodes.size
     for s in range(stages + 1):
@@ -397,13 +394,13 @@ def _bend(bent: Any, rows: Any, nodes: Any, size: float, m: int) -> None:
 
 
 @compiled
-def place_of_push(f: Any, c: Any) -> int:
+def place_of_push(f: Array, c: Chain) -> int:
     """Place of the applied force in an array of forces: see ``damped_contacts``."""
     return 0 if c.pushed == 0 else f.size - 1
 
 
 @compiled
-def force_on_held(f: Any, c: Any) -> float:
+def force_on_held(f: Array, c: Chain) -> float:
     """Force on the wall and on fixed granules together."""
     total = f[c.inverse_mass.size]
     for k in range(c.fixed.size):
@@ -412,7 +409,9 @@ def force_on_held(f: Any, c: Any) -> float:
 
 
 @compiled
-def take_step(patch: Any, method: Any, leg: Any, begin: float, h: float, m: int, hi: int) -> int:
+def take_step(
+    patch: Patch, method: Method, leg: Array, begin: float, h: float, m: int, hi: int
+) -> int:
     """Take one step in t^(1/m); returns where the window ends.
 
     ``room.gained`` gets the work of the applied force or the piston, the dissipated energy, and the
@@ -471,7 +470,9 @@ def take_step(patch: Any, method: Any, leg: Any, begin: float, h: float, m: int,
 
 
 @compiled
-def largest_error(v0: Any, v1: Any, k: Any, fifth: Any, third: Any, size: float, hi: int) -> Any:
+def largest_error(
+    v0: Array, v1: Array, k: Array, fifth: Array, third: Array, size: float, hi: int
+) -> Any:
     """Estimate the largest error of a velocity, and find the largest velocity.
 
     An error is the square of one estimate over another of lower order, of the same granule: the
@@ -490,7 +491,7 @@ def largest_error(v0: Any, v1: Any, k: Any, fifth: Any, third: Any, size: float,
 
 
 @compiled
-def evaluate(at: Any, on: Any, leg: Any, time: float, hi: int, c: Any) -> None:
+def evaluate(at: Motion, on: Array, leg: Array, time: float, hi: int, c: Chain) -> None:
     """Forces, their rates, and accelerations of a state."""
     place = place_of_push(at.f, c)
     at.f[place], at.r[place] = applied_force(leg, time), applied_force_rate(leg, time)
@@ -543,7 +544,7 @@ digit. A contact that is open by less can be at rest in no mode, and steps would
 
 
 @compiled
-def grain(u: Any, hi: int) -> float:
+def grain(u: Array, hi: int) -> float:
     """Overlap below which displacements cannot show whether a contact is open."""
     farthest = 0.0
     for i in range(hi):
@@ -552,7 +553,7 @@ def grain(u: Any, hi: int) -> float:
 
 
 @compiled
-def change_mode(at: Any, on: Any, i: int, run: Any, c: Any) -> None:
+def change_mode(at: Motion, on: Array, i: int, run: Progress, c: Chain) -> None:
     """Change the mode of a contact; its elastic energy counts as dissipated while it is off."""
     run.dissipated += held(at.u, i, c) * (2.0 * on[i] - 1.0)
     on[i] = 1.0 - on[i]
@@ -560,8 +561,8 @@ def change_mode(at: Any, on: Any, i: int, run: Any, c: Any) -> None:
 
 @compiled
 def advance(
-    patch: Any, leg: Any, until: float, until_change: bool, run: Any, steps: Any, seen: Any,
-    watch: Any, control: Any, chosen: Any,
+    patch: Patch, leg: Array, until: float, until_change: bool, run: Progress, steps: Steps,
+    seen: Seen, watch: Watch, control: Array, chosen: Indices,
 ) -> None:  # fmt: skip
     """Take steps up to a time or, with ``until_change``, until a contact begins or ends.
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -69,19 +69,30 @@ class TooMuchWork(RunFailed):
     """A run takes more work than allowed, or its steps do not advance."""
 
 
+class Adaptive(NamedTuple):
+    """How long the steps are, natural units.
+
+    ``tolerance`` is the error of the velocities in a step over the largest velocity. Steps may be
+    ``longer``, at most 1.5 times, than ``longest``, also those that strong dampers allow. The run
+    ends after ``most_work`` force evaluations of a granule; a step counts as further 500.
+    """
+
+    tolerance: float
+    longest: float
+    longer: float = 1.0
+    most_work: float = math.inf
+
+
 def integrate_damped(
-    chain: Chain, rows: FloatArray, start: FloatArray, tolerance: float, longest: float,
-    record: Record | None = None, control: FloatArray | None = None, most_work: float = math.inf,
-    longer: float = 1.0, watch: Watch | None = None, usual: float = math.nan,
+    chain: Chain, rows: FloatArray, start: FloatArray, steps: Adaptive,
+    record: Record | None = None, control: FloatArray | None = None, watch: Watch | None = None,
+    usual: float = math.nan,
 ) -> Simulation:  # fmt: skip
     """Integrate a chain of damped contacts with the compiled kernel.
 
     ``rows`` are legs of the applied force from ``simulation.leg_rows``; ``start`` is displacement
-    and velocity, shape (2, granules), or (0, 0) for a chain at rest; ``tolerance`` is the error of
-    the velocities in a step over the largest velocity. Steps may exceed ``longest``, also the
-    longest that strong dampers allow, by the factor ``longer``, at most 1.5. The run ends after
-    ``most_work`` force evaluations of a granule; a step counts as further 500. Record, control,
-    watch and usual are as for ``elastic.march``.
+    and velocity, shape (2, granules), or (0, 0) for a chain at rest. Record, control, watch and
+    usual are as for ``elastic.march``.
     """
     from hertzchain.engines.native import damped_kernel
     from hertzchain.engines.native.damped_kernel import Steps, at_the_start
@@ -97,8 +108,8 @@ def integrate_damped(
     state = at_the_start(granules, method.nodes.size)
     outcome = damped_kernel.march(
         Steps(
-            rows, method, tolerance, damped_kernel.SLOWEST, longer * longest,
-            longer * damped_kernel.STABLE, most_work,
+            rows, method, steps.tolerance, damped_kernel.SLOWEST, steps.longer * steps.longest,
+            steps.longer * damped_kernel.STABLE, steps.most_work,
         ),
         chain.padded(),
         Start(
@@ -152,19 +163,13 @@ def simulate_damped(
     # Steps are cut by the integrator: of the legs only the corners count.
     rows = leg_rows(legs or scene.until(end_time).schedule(end_time), units)
     signals = Signals.of(scene).in_units(units) if first else None
-    record, control, longest = (
-        room_for(recorder),
-        np.zeros(3),
-        LONGEST * scene.contact_time / units.time,
-    )
+    record, control = room_for(recorder), np.zeros(3)
+    steps = Adaptive(tolerance, LONGEST * scene.contact_time / units.time, longer, most_work)
     chain, start = Chain.of(scene), start_of(scene)
 
     def integrate() -> tuple[Simulation, Watch | None]:
         watch = None if signals is None else signals.watch()
-        run = integrate_damped(
-            chain, rows, start, tolerance, longest, record, control, most_work, longer, watch, usual
-        )
-        return run, watch
+        return integrate_damped(chain, rows, start, steps, record, control, watch, usual), watch
 
     run = finished(integrate, control, deadline)
     if run.status == elastic_chain.STUCK:

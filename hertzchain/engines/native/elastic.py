@@ -31,15 +31,18 @@ from hertzchain.engines.native.elastic_chain import (
     STEPS,
     STOPPED,
     VELOCITY,
+    Array,
     Ending,
     Motion,
     Outcome,
+    Progress,
     Record,
     Seen,
     Span,
     Start,
     State,
     Steps,
+    Terms,
     accelerate_pushed,
     begin_run,
     copy_motion,
@@ -64,6 +67,7 @@ from hertzchain.engines.native.equations import Chain
 from hertzchain.observables.compiling import (
     ONE,
     UNCOUNTED,
+    Records,
     compiled,
     compiled_and_kept,
     compiled_without_nan,
@@ -86,7 +90,9 @@ DIP = 0.75
 
 
 @compiled_without_nan
-def scan(before: Any, after: Any, h: float, starting: bool, lo: int, hi: int, chain: Any) -> Any:
+def scan(
+    before: Motion, after: Motion, h: float, starting: bool, lo: int, hi: int, chain: Terms
+) -> Any:
     """Scan a step: contacts with a maximum, the fastest to open or close, the largest speed.
 
     A contact has had a maximum if its overlap rate w changes its sign. It may also have had one
@@ -121,15 +127,16 @@ def scan(before: Any, after: Any, h: float, starting: bool, lo: int, hi: int, ch
 
 
 @part
-def _slack_of(span: Any) -> float:
+def _slack_of(span: Span) -> float:
     """The step of velocity Verlet, whose rates count as 0 near 0: see ``keep_peaks``; else 0."""
     return float(span.h) if span.off > 0.0 else 0.0
 
 
 @part
 def keep_peaks(
-    seen: Any, before: Any, after: Any, span: Any, lo: int, hi: int, dips: bool, chain: Any
-) -> None:
+    seen: Seen, before: Motion, after: Motion, span: Span, lo: int, hi: int, dips: bool,
+    chain: Terms,
+) -> None:  # fmt: skip
     """The maxima of contact forces within a step, of the contacts that ``scan`` finds.
 
     ``slack`` is 0, and h for velocity
@@ -168,7 +175,7 @@ def keep_peaks(
 
 
 @part
-def _range(before: Any, after: Any, i: int, h: float, slack: float, chain: Any) -> Any:
+def _range(before: Motion, after: Motion, i: int, h: float, slack: float, chain: Terms) -> Any:
     """Bounds of a contact force within a step; twice 0 for a contact that stays open."""
     u0, v0, a = before
     u, v, g = after
@@ -190,7 +197,7 @@ def _range(before: Any, after: Any, i: int, h: float, slack: float, chain: Any) 
 
 
 @part
-def _ends(before: Any, after: Any, span: Any, i: int, lo: int, chain: Any) -> Any:
+def _ends(before: Motion, after: Motion, span: Span, i: int, lo: int, chain: Terms) -> Any:
     """Motion of a contact at the start and the end of a step, and its force there."""
     leg, begin, off = span.leg, span.begin, span.off
     start = motion_of_contact(before.u, before.v, i, lo, leg, begin, off, chain)
@@ -200,7 +207,9 @@ def _ends(before: Any, after: Any, span: Any, i: int, lo: int, chain: Any) -> An
 
 
 @compiled
-def observe(watch: Any, before: Any, after: Any, step: Any, lo: int, hi: int, chain: Any) -> None:
+def observe(
+    watch: Watch, before: Motion, after: Motion, step: Span, lo: int, hi: int, chain: Terms
+) -> None:
     """Look at the contacts of the window, and at gauges in granules, within a step."""
     begin, h, nothing = step.begin, step.end - step.begin, (0.0, 0.0, 0.0, 0.0)
     slack = h if step.off > 0.0 else 0.0
@@ -229,7 +238,7 @@ def observe(watch: Any, before: Any, after: Any, step: Any, lo: int, hi: int, ch
 
 
 @part
-def keep_ends(seen: Any, u: Any, lo: int, hi: int, time: float, chain: Any) -> None:
+def keep_ends(seen: Seen, u: Array, lo: int, hi: int, time: float, chain: Terms) -> None:
     """Keep forces of contacts that are pressed hardest at the end of a run."""
     for i in range(lo, hi - 1):
         force = with_stiffness(hertz_force(overlap_of(u, i, chain)), i, chain)
@@ -277,7 +286,7 @@ def _strength(force: float, velocity: float) -> float:
 
 
 @part
-def _fastest(v: Any, i: Any) -> float:
+def _fastest(v: Array, i: int) -> float:
     """The velocity with which a granule may run into others, for ``_strength``."""
     return max(float(v[i]), float(v[i] - v[i + ONE]))
 
@@ -300,7 +309,7 @@ def _height(momentum: float, energy: float, hardest: float) -> float:
 
 
 @part
-def left_behind(u: Any, v: Any, peak_force: Any, lo: int, hi: int) -> int:
+def left_behind(u: Array, v: Array, peak_force: Array, lo: int, hi: int) -> int:
     """Return where the window can begin, once the pulse is over.
 
     The shock has to be one pulse, in a plain chain: after a second push a broad packet can break
@@ -371,7 +380,7 @@ def left_behind(u: Any, v: Any, peak_force: Any, lo: int, hi: int) -> int:
 
 
 @part
-def is_settled(u: Any, v: Any, peak_force: Any, lo: int, hi: int) -> bool:
+def is_settled(u: Array, v: Array, peak_force: Array, lo: int, hi: int) -> bool:
     """Whether no peak can change any more, once the pulse is over and all granules were reached.
 
     Granules that fly off at the free end never come back, and the others cannot press any contact
@@ -393,7 +402,9 @@ def is_settled(u: Any, v: Any, peak_force: Any, lo: int, hi: int) -> bool:
 
 
 @part
-def leave_behind_in(u: Any, v: Any, g: Any, peak_force: Any, lo: int, hi: int, run: Any) -> int:
+def leave_behind_in(
+    u: Array, v: Array, g: Array, peak_force: Array, lo: int, hi: int, run: Progress
+) -> int:
     """Leave behind granules that cannot change a peak; returns where the window begins now.
 
     The momentum and the energy of the granules left behind are added to ``run``.
@@ -617,85 +628,97 @@ def march_each(
         seen.evaluations[n] = math.nan if outcome.status == DIVERGED else outcome.evaluations
 
 
+class Scenes(NamedTuple):
+    """Scenes that run one after the other, shape (scenes, ...) each.
+
+    Legs, shape (scenes, legs, 8); tolerances of steps; states at the start, shape (scenes, 2, N) or
+    (scenes, 0, 0); the usual ends, see ``Ending``; and signals, see ``observer.SIGNAL``.
+    """
+
+    legs: FloatArray
+    tolerance: FloatArray
+    start: FloatArray
+    usual: FloatArray
+    signals: Records
+
+
+class Reused(NamedTuple):
+    """What all runs of a call use: state and watch, and copies of state and pulses at the start."""
+
+    state: State
+    blank: State
+    watch: Watch
+    no_pulses: Records
+
+
+class Watched(NamedTuple):
+    """Results of runs of several scenes, filled in, with their first pulses.
+
+    Peaks and their times, shape (scenes, contacts); a record in which nothing is kept; first
+    pulses, shape (scenes, signals); displacement and velocity at the end, shape (scenes, 2, N); and
+    what ``march`` returns, shape (scenes, values).
+    """
+
+    force: FloatArray
+    time: FloatArray
+    record: Record
+    pulses: Records
+    motion: FloatArray
+    outcomes: FloatArray
+
+
 @compiled_and_kept(**UNCOUNTED)
 def march_watched(
-    rows: FloatArray,
-    steps: Steps,
-    tolerance: FloatArray,
-    state: State,
-    blank: State,
-    granules: int,
-    start: FloatArray,
-    chains: Chain,
-    moving: int,
-    leave_behind: bool,
-    force: FloatArray,
-    time: FloatArray,
-    record: Record,
-    watch: Watch,
-    no_pulses: Any,
-    signals: Any,
-    pulses: Any,
-    usual: FloatArray,
-    motion: FloatArray,
-    outcomes: FloatArray,
+    scenes: Scenes, steps: Steps, chains: Chain, moving: int, reused: Reused, seen: Watched,
     control: FloatArray,
-) -> None:
+) -> None:  # fmt: skip
     """Integrate chains one after the other, as ``march``, and read off their first pulses.
 
     Parameters
     ----------
-    rows, tolerance, start, usual
-        Legs of each scene, tolerances, states at the start and ends, as for ``march``, shapes
-        (scenes, legs, 8), (scenes,), (scenes, 2, N) or (scenes, 0, 0), (scenes,).
+    scenes, reused, seen
+        What they start from, what they share, and what is filled in.
     steps
         As for ``march``, with any legs and tolerance.
-    state, blank, watch, no_pulses
-        A state and a watch that all scenes use, and copies of the state and of the pulses as they
-        are at the start.
     chains
         Chains with the same granules pushed and fixed: of all arrays but ``fixed`` the first axis
         is that of the scenes.
-    granules, moving, leave_behind, record
-        As for ``march``; nothing is recorded.
-    force, time
-        Filled in with peaks, shape (scenes, contacts).
-    signals, pulses
-        Signals of each scene, and filled in with its first pulses, shape (scenes, signals).
-    motion, found
-        Filled in with displacement and velocity at the end, shape (scenes, 2, N), and what
-        ``march`` returns, shape (scenes, values).
+    moving
+        As for ``march``.
     control
         As for ``march``, for each scene by itself; -1 stops all.
     """
-    for n in range(rows.shape[0]):
+    state, watch = reused.state, reused.watch
+    for n in range(scenes.legs.shape[0]):
         for row in range(state.rows.shape[0]):
             for i in range(state.rows.shape[1]):
                 state.rows[row, i] = 0.0
-        state.progress[0] = blank.progress[0]
+        state.progress[0] = reused.blank.progress[0]
         for k in range(watch.signals.size):
-            watch.signals[k], watch.pulses[k] = signals[n, k], no_pulses[k]
+            watch.signals[k], watch.pulses[k] = scenes.signals[n, k], reused.no_pulses[k]
         of_scene = Steps(
-            rows[n], steps.kicks, steps.drifts, steps.verlet, tolerance[n], steps.starting
-        )
+            scenes.legs[n], steps.kicks, steps.drifts, steps.verlet, scenes.tolerance[n],
+            steps.starting,
+        )  # fmt: skip
         chain = Chain(
             chains.stiffness[n], chains.inverse_mass[n], chains.gap[n], chains.constant[n],
             chains.damping[n], chains.exponent, chains.attraction, chains.pushed, chains.fixed,
         )  # fmt: skip
-        seen = Seen(force[n], time[n], record)
         control[2] = 0.0
         out = march(
-            of_scene, chain, Start(start[n], moving), state, seen, watch,
-            Ending(usual[n], leave_behind), control,
+            of_scene, chain, Start(scenes.start[n], moving), state,
+            Seen(seen.force[n], seen.time[n], seen.record), watch, Ending(scenes.usual[n], False),
+            control,
         )  # fmt: skip
         if out.status == STOPPED and control[0] < 0:
             return
         read_off(watch)
         for k in range(watch.signals.size):
-            pulses[n, k] = watch.pulses[k]
-        for i in range(granules):
+            seen.pulses[n, k] = watch.pulses[k]
+        motion, values = seen.motion, seen.outcomes
+        for i in range(motion.shape[2]):
             motion[n, 0, i], motion[n, 1, i] = state.rows[0, i], state.rows[1, i]
-        outcomes[n, 0], outcomes[n, 1], outcomes[n, 2] = out.status, out.steps, out.evaluations
-        outcomes[n, 3], outcomes[n, 4], outcomes[n, 5] = out.granule_evaluations, out.end, out.work
-        outcomes[n, 6], outcomes[n, 7], outcomes[n, 8] = out.momentum, out.energy, out.wall_impulse
-        outcomes[n, 9], outcomes[n, 10] = out.piston_impulse, out.dissipated
+        values[n, 0], values[n, 1], values[n, 2] = out.status, out.steps, out.evaluations
+        values[n, 3], values[n, 4], values[n, 5] = out.granule_evaluations, out.end, out.work
+        values[n, 6], values[n, 7], values[n, 8] = out.momentum, out.energy, out.wall_impulse
+        values[n, 9], values[n, 10] = out.piston_impulse, out.dissipated

@@ -8,7 +8,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from hertzchain.arrays import FloatArray
+from hertzchain.engines.native.equations import Chain
 from hertzchain.observables.compiling import ONE, compiled, part
+from hertzchain.observables.compiling import Record as Fields
 from hertzchain.observables.observer import (
     hermite,
     hertz_force,
@@ -16,6 +18,15 @@ from hertzchain.observables.observer import (
     slope_at,
     value_at,
 )
+
+Terms = Chain | None
+"""The chain of a scene with terms; None for a plain chain, of which the compiler drops branches."""
+
+Progress = Fields
+"""A record of ``PROGRESS``, or of ``RUN`` of damped contacts."""
+
+Array = FloatArray
+"""Numbers of a run: of its granules or contacts, of a leg, or a control."""
 
 DONE, DIVERGED, STOPPED, TOO_MUCH, STUCK = range(5)
 """Reasons why a run ended. Only adaptive steps have the last two: too much work, and steps that do
@@ -184,7 +195,7 @@ class Outcome(NamedTuple):
 
 
 @part
-def is_stopped(control: Any) -> bool:
+def is_stopped(control: Array) -> bool:
     """Whether a run is to end: see ``control`` of ``elastic.march``."""
     return control[0] < 0 or 0 < control[0] <= control[2]
 
@@ -217,7 +228,7 @@ _GAUSS = (
 
 
 @part
-def applied_force(leg: Any, time: float) -> float:
+def applied_force(leg: Array, time: float) -> float:
     """Applied force of a leg at a time."""
     if leg[SHAPE] == 0:
         return 0.0
@@ -228,7 +239,7 @@ def applied_force(leg: Any, time: float) -> float:
 
 
 @part
-def applied_force_rate(leg: Any, time: float) -> float:
+def applied_force_rate(leg: Array, time: float) -> float:
     """Rate of the applied force of a leg at a time."""
     if leg[SHAPE] == 0:
         return 0.0
@@ -240,7 +251,7 @@ def applied_force_rate(leg: Any, time: float) -> float:
 
 
 @part
-def overlap_of(u: Any, i: int, chain: Any) -> float:
+def overlap_of(u: Array, i: int, chain: Terms) -> float:
     """Overlap of the contact ahead of a granule; negative where it is open."""
     r = float(u[i] - u[i + 1])
     if chain is not None:
@@ -249,7 +260,7 @@ def overlap_of(u: Any, i: int, chain: Any) -> float:
 
 
 @part
-def with_stiffness(force: float, i: int, chain: Any) -> float:
+def with_stiffness(force: float, i: int, chain: Terms) -> float:
     """A force, or its rate, of the contact ahead of a granule, from that at stiffness 1."""
     if chain is not None:
         force *= chain.stiffness[i]
@@ -257,7 +268,7 @@ def with_stiffness(force: float, i: int, chain: Any) -> float:
 
 
 @part
-def has_piston(chain: Any) -> bool:
+def has_piston(chain: Terms) -> bool:
     """Whether granule 1 is a piston."""
     if chain is None or chain.inverse_mass[0] > 0:
         return False
@@ -265,7 +276,7 @@ def has_piston(chain: Any) -> bool:
 
 
 @part
-def mass_of(i: int, chain: Any) -> float:
+def mass_of(i: int, chain: Terms) -> float:
     """Mass of a granule; 0 for a piston, whose momentum and energy are not the chain's."""
     if chain is None:
         return 1.0
@@ -273,7 +284,7 @@ def mass_of(i: int, chain: Any) -> float:
 
 
 @part
-def _net(u: Any, v: Any, i: int, lo: int, leg: Any, time: float, chain: Any) -> Any:
+def _net(u: Array, v: Array, i: int, lo: int, leg: Array, time: float, chain: Terms) -> Any:
     """Acceleration and jerk of a granule (Eq. 1 and its derivative); 0 for the wall."""
     if chain is not None and i == chain.stiffness.size:
         return 0.0, 0.0
@@ -296,9 +307,8 @@ def _net(u: Any, v: Any, i: int, lo: int, leg: Any, time: float, chain: Any) -> 
 
 @part
 def motion_of_granule(
-    u: Any, v: Any, i: int, lo: int, leg: Any, time: float, off: float,
-    chain: Any,
-) -> Any:  # fmt: skip
+    u: Array, v: Array, i: int, lo: int, leg: Array, time: float, off: float, chain: Terms
+) -> Any:
     """Displacement of a granule, its rate, acceleration and jerk.
 
     The velocities of velocity Verlet are central differences of its displacements. The rate is the
@@ -310,9 +320,8 @@ def motion_of_granule(
 
 @part
 def motion_of_contact(
-    u: Any, v: Any, i: int, lo: int, leg: Any, time: float, off: float,
-    chain: Any,
-) -> Any:  # fmt: skip
+    u: Array, v: Array, i: int, lo: int, leg: Array, time: float, off: float, chain: Terms
+) -> Any:
     """Overlap of granules i and i + 1, and its first three derivatives."""
     net, jerk = _net(u, v, i, lo, leg, time, chain)
     net_ahead, jerk_ahead = _net(u, v, i + 1, lo, leg, time, chain)
@@ -321,7 +330,7 @@ def motion_of_contact(
 
 
 @part
-def work_in_step(before: Any, after: Any, span: Any, lo: int, chain: Any) -> float:
+def work_in_step(before: Motion, after: Motion, span: Span, lo: int, chain: Terms) -> float:
     """Work done by the applied force in a step: four Gauss points, see ``watch.work_done``."""
     i = lo if chain is None else chain.pushed
     leg, begin, h, off = span.leg, span.begin, span.h, span.off
@@ -335,7 +344,9 @@ def work_in_step(before: Any, after: Any, span: Any, lo: int, chain: Any) -> flo
 
 
 @part
-def ends_of_contact(before: Any, after: Any, span: Any, i: int, lo: int, chain: Any) -> Any:
+def ends_of_contact(
+    before: Motion, after: Motion, span: Span, i: int, lo: int, chain: Terms
+) -> Any:
     """Motion of a contact at the begin and the end of a step: see ``motion_of_contact``."""
     return (
         motion_of_contact(before.u, before.v, i, lo, span.leg, span.begin, span.off, chain),
@@ -344,7 +355,7 @@ def ends_of_contact(before: Any, after: Any, span: Any, i: int, lo: int, chain: 
 
 
 @part
-def impulse_in_step(contact: int, before: Any, after: Any, span: Any, chain: Any) -> float:
+def impulse_in_step(contact: int, before: Motion, after: Motion, span: Span, chain: Terms) -> float:
     """Integral of the force of a contact over a step, by the points of ``work_in_step``."""
     start, end = ends_of_contact(before, after, span, contact, 0, chain)
     if start[0] <= 0 and end[0] <= 0:
@@ -358,7 +369,9 @@ def impulse_in_step(contact: int, before: Any, after: Any, span: Any, chain: Any
 
 
 @part
-def impulse_on_fixed(before: Any, after: Any, span: Any, chain: Any, contacts: int) -> float:
+def impulse_on_fixed(
+    before: Motion, after: Motion, span: Span, chain: Chain, contacts: int
+) -> float:
     """Integral of the forces on all fixed granules over a step."""
     total = 0.0
     for k in range(chain.fixed.size):
@@ -372,8 +385,9 @@ def impulse_on_fixed(before: Any, after: Any, span: Any, chain: Any, contacts: i
 
 @part
 def keep_history(
-    record: Any, kept: int, before: Any, after: Any, span: Any, lo: int, hi: int, chain: Any
-) -> int:
+    record: Record, kept: int, before: Motion, after: Motion, span: Span, lo: int, hi: int,
+    chain: Terms,
+) -> int:  # fmt: skip
     """Fill in the wanted times up to the end of a step; returns how many are filled in now."""
     leg, begin, end, off = span.leg, span.begin, span.end, span.off
     h = end - begin
@@ -395,7 +409,7 @@ def keep_history(
 
 
 @part
-def momentum_of(v: Any, lo: int, hi: int, chain: Any) -> float:
+def momentum_of(v: Array, lo: int, hi: int, chain: Terms) -> float:
     """Momentum of granules lo ... hi - 1, without a piston."""
     total = 0.0
     for i in range(np.uint64(lo), np.uint64(hi)):
@@ -404,7 +418,7 @@ def momentum_of(v: Any, lo: int, hi: int, chain: Any) -> float:
 
 
 @part
-def energy_of(u: Any, v: Any, lo: int, hi: int, chain: Any) -> float:
+def energy_of(u: Array, v: Array, lo: int, hi: int, chain: Terms) -> float:
     """Energy of granules lo ... hi - 1, of the contact ahead of each, and in constant forces."""
     total = 0.0
     for i in range(lo, hi):
@@ -417,7 +431,7 @@ def energy_of(u: Any, v: Any, lo: int, hi: int, chain: Any) -> float:
 
 
 @compiled
-def _first_kick(u: Any, v: Any, g: Any, kick: Any, drift: Any, lo: int, hi: int) -> None:
+def _first_kick(u: Array, v: Array, g: Array, kick: float, drift: float, lo: int, hi: int) -> None:
     """Kick by the known accelerations g, and drift."""
     for i in range(np.uint64(lo), np.uint64(hi)):
         v[i] += kick * g[i]
@@ -426,8 +440,9 @@ def _first_kick(u: Any, v: Any, g: Any, kick: Any, drift: Any, lo: int, hi: int)
 
 @compiled
 def _kick_and_drift(
-    motion: Any, g: Any, left: Any, kick: Any, drift: Any, lo: int, hi: int, chain: Any
-) -> Any:
+    motion: Motion, g: Array | None, left: float, kick: float, drift: float, lo: int, hi: int,
+    chain: Terms,
+) -> Any:  # fmt: skip
     """Force, kick and drift in one pass; the force ahead of the last granule is returned.
 
     Accelerations are kept in ``g``, unless it is None.
@@ -454,7 +469,7 @@ def _kick_and_drift(
 
 
 @part
-def accelerate_pushed(u: Any, g: Any, push: float, lo: int, chain: Any) -> None:
+def accelerate_pushed(u: Array, g: Array, push: float, lo: int, chain: Terms) -> None:
     """Acceleration of the granule under the applied force of the moment."""
     if chain is not None and chain.pushed > 0:
         lo = chain.pushed
@@ -476,7 +491,7 @@ def accelerate_pushed(u: Any, g: Any, push: float, lo: int, chain: Any) -> None:
 
 
 @compiled
-def copy_motion(motion: Any, copy: Any, lo: int, hi: int) -> None:
+def copy_motion(motion: Motion, copy: Motion, lo: int, hi: int) -> None:
     """Copy the motion of granules lo ... hi - 1."""
     u, v, g = motion
     u0, v0, a = copy
@@ -486,8 +501,9 @@ def copy_motion(motion: Any, copy: Any, lo: int, hi: int) -> None:
 
 @compiled
 def symplectic_step(
-    motion: Any, run: Any, steps: Any, span: Any, lo: int, hi: int, granules: int, chain: Any
-) -> int:
+    motion: Motion, run: Progress, steps: Steps, span: Span, lo: int, hi: int, granules: int,
+    chain: Terms,
+) -> int:  # fmt: skip
     """Take one step of a symplectic Nystrom method; returns where the window ends now."""
     u, v, g = motion
     leg, begin, h = span.leg, span.begin, span.h
@@ -530,7 +546,7 @@ too long for the work of a short pulse gave up to 2 (measured)."""
 
 
 @part
-def is_diverged(energy: float, given: float, work: float, moved: float, chain: Any) -> bool:
+def is_diverged(energy: float, given: float, work: float, moved: float, chain: Terms) -> bool:
     """Whether the chain has far more energy than it was given, at the start and by work.
 
     A piston that goes back under a load takes more energy than it gave, as constant forces do work.
@@ -542,7 +558,9 @@ def is_diverged(energy: float, given: float, work: float, moved: float, chain: A
 
 
 @part
-def begin_run(motion: Any, start: Any, granules: int, seen: Any, run: Any, chain: Any) -> None:
+def begin_run(
+    motion: Motion, start: Array, granules: int, seen: Seen, run: Progress, chain: Terms
+) -> None:
     """Accelerations, energy and contact forces at the start, without the applied force."""
     u, v, g = motion
     for i in range(start.shape[1]):
@@ -563,7 +581,7 @@ def begin_run(motion: Any, start: Any, granules: int, seen: Any, run: Any, chain
 
 
 @part
-def start_leg(leg: Any, motion: Any, seen: Any, run: Any, lo: int, chain: Any) -> None:
+def start_leg(leg: Array, motion: Motion, seen: Seen, run: Progress, lo: int, chain: Terms) -> None:
     """Change the applied force, or the motion of a piston, at the start of a leg.
 
     Doing this twice does no harm.
@@ -580,7 +598,7 @@ def start_leg(leg: Any, motion: Any, seen: Any, run: Any, lo: int, chain: Any) -
 
 
 @part
-def pushed_legs(legs: Any) -> int:
+def pushed_legs(legs: Array) -> int:
     """Number of legs up to the last one with a force."""
     count = 0
     for k in range(legs.shape[0]):

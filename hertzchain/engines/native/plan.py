@@ -11,6 +11,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from hertzchain.arrays import Quantity
 from hertzchain.errors import is_finite, require
 from hertzchain.limits import TIGHTEST
 from hertzchain.observables.error_bound import SAFETIES, Safety, is_short
@@ -243,7 +244,7 @@ class Plan:
         hardly = error - self.error > _MOST_ERROR_RATIO * (before - self.error)
         return hardly and evaluations > _CHEAP_WORK
 
-    def least(self, evaluations: Any) -> Any:
+    def least(self, evaluations: Quantity) -> Any:
         """Error that no difference shows, from force evaluations; also of arrays."""
         return self.error + round_off(evaluations)
 
@@ -269,7 +270,7 @@ class Plan:
         return tuple(leg.in_steps(count) for leg, count in zip(legs, counts, strict=True))
 
 
-def is_known(momentum_ratio: Any, duration_ratio: Any, granules: int) -> Any:
+def is_known(momentum_ratio: Quantity, duration_ratio: Quantity, granules: int) -> Any:
     """Whether a profile of the paper with LM_ratio and n (arrays) is in the measured range."""
     (low, high), (short, long) = _KNOWN_RATIOS, _KNOWN_DURATIONS
     in_range = (momentum_ratio >= low) & (momentum_ratio <= high)
@@ -333,7 +334,7 @@ def first_plan(rtol: float, hard: bool, first: bool) -> Plan:
     return replace(plan, error=_ERRATIC_ERROR_RATIO * plan.error, safety=safety)
 
 
-def round_off(evaluations: Any) -> Any:
+def round_off(evaluations: Quantity) -> Any:
     """Upper bound of the error of the peaks by rounding, from force evaluations; also of arrays."""
     return 4 * sys.float_info.epsilon * evaluations**0.5
 

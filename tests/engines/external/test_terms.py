@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 import pytest
@@ -13,7 +13,7 @@ import hertzchain as hc
 from hertzchain.engines import liggghts, yade
 from hertzchain.engines.external.engine import ProgramEngine
 from hertzchain.engines.lammps import deck as lammps_deck
-from hertzchain.errors import HertzchainError, RunFailed
+from hertzchain.errors import RunFailed
 from hertzchain.observables.peaks import largest_difference
 from hertzchain.verdict.run_checks import balance_checks, same_steps_checks
 from tests.conftest import STEEL
@@ -30,7 +30,6 @@ from tests.scenes import (
     VISCOELASTIC,
     load,
 )
-from validation.random_scenes import random_scene_with_piston, random_scene_with_sine
 
 
 @pytest.mark.lammps
@@ -212,18 +211,3 @@ def test_a_slow_sine_has_not_diverged(law: hc.Contact | None) -> None:
     result, native = (code(rtol=1e-3).run(scene) for code in (hc.Lammps, hc.Native))
     error = largest_difference(result.peak_force, native.peak_force)
     assert error <= result.error_estimate + native.error_estimate
-
-
-@pytest.mark.lammps
-@pytest.mark.slow
-@pytest.mark.parametrize("draw", [random_scene_with_piston, random_scene_with_sine])
-@pytest.mark.parametrize("number", range(20))
-def test_random_scenes_at_the_same_steps(draw: Any, number: int) -> None:
-    scene = draw(np.random.default_rng([21, number]), 30, 300.0)
-    lammps = hc.Lammps(dt=0.01 * scene.contact_time, read_every=3)
-    try:
-        result = lammps.run(scene)
-    except HertzchainError:
-        return  # a refusal is honest
-    for check in same_steps_checks(result):
-        assert check.passed, check

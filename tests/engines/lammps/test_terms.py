@@ -10,82 +10,20 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.engines.lammps.deck import set_up
-from hertzchain.errors import OverlapTooLarge, RunFailed, Unpredictable
+from hertzchain.errors import RunFailed
 from hertzchain.observables.peaks import largest_difference
-from hertzchain.scene.terms import ALL_TERMS, DAMPING, DampingLaw
+from hertzchain.scene.terms import DAMPING, DampingLaw
 from hertzchain.verdict.run_checks import balance_checks, same_steps_checks
 from tests.conftest import STEEL
+from tests.engines.external.test_same_steps import AMPLIFIED, RANDOM
 from tests.scenes import LAWS, PULSE
 from validation.random_scenes import (
-    pushed_within,
     random_damped_scene,
-    random_scene_with_terms,
-    thrown,
-    with_fixed,
     with_wall_of_its_own,
 )
 
 STEP = 0.01
 """Step of all runs [natural time units of the fastest contact]; tolerances are for this step."""
-
-READ_EVERY = 3
-"""Steps: where granules collide after a flight, peaks interpolated between readings further apart
-are off by up to 8e-7, more than round-off."""
-
-QUICK, SLOW, MOVING, LOCAL = range(21, 27), range(100, 160), range(160, 190), range(190, 210)
-FIXED = range(210, 240)
-"""Numbers of random scenes; in the last three granules move at the start, any may be pushed, or
-some are fixed."""
-
-REFUSED = dict.fromkeys((130, 193, 205), "cannot resolve the overlaps")
-REFUSED[221] = "push granules through one another"
-"""Scenes whose overlaps are lost in the coordinates, so that LAMMPS refuses them, or in which a
-heavy striker crushes small granules."""
-
-
-DRAWN = set(ALL_TERMS) - {
-    *("piston", "moving granules", "fixed granules", "local shock", "near wall"),
-    *("single granule", "measured granules"),
-}
-"""Terms of random scenes; the others have tests of their own."""
-
-
-def drawn(number: int) -> hc.Scene:
-    """A random scene of 2 to 200 granules; the quick ones are short."""
-    rng = np.random.default_rng([9, number])
-    if number in MOVING:
-        return thrown(rng, random_scene_with_terms(rng, 30, 100.0))
-    if number in LOCAL:
-        return pushed_within(rng, random_scene_with_terms(rng, 30, 100.0))
-    if number in FIXED:
-        return with_fixed(rng, random_scene_with_terms(rng, 30, 100.0))
-    return random_scene_with_terms(rng, 200, 200.0 if number in QUICK else 1000.0)
-
-
-@pytest.mark.lammps
-@pytest.mark.parametrize(
-    "number",
-    [
-        *(*QUICK, *MOVING[:2], *LOCAL[:2], *FIXED[:2]),
-        *(
-            pytest.param(number, marks=pytest.mark.slow)
-            for number in (*SLOW, *MOVING[2:], *LOCAL[2:], *FIXED[2:])
-        ),
-    ],
-)
-def test_same_scheme_same_steps(number: int) -> None:
-    """Only round-off differs, at the tolerances of ``same_steps_checks``."""
-    scene = drawn(number)
-    lammps = hc.Lammps(dt=STEP * scene.contact_time, read_every=READ_EVERY)
-    if number in REFUSED:
-        with pytest.raises((Unpredictable, OverlapTooLarge), match=REFUSED[number]):
-            lammps.run(scene)
-        return
-    result = lammps.run(scene)
-    checks = same_steps_checks(result)
-    assert len(checks) == 3  # displacement, velocity and peaks
-    for check in checks:
-        assert check.passed, check
 
 
 @pytest.mark.lammps
@@ -186,65 +124,12 @@ def test_a_term_that_is_off_by_a_millionth_shows(term: str) -> None:
     refuse_another(scene, **other)
 
 
-AMPLIFIED = (109, 153)
-"""Numbers of random scenes whose collisions amplify rounding errors to the size of the peaks."""
-
-QUICK_DAMPED = range(91, 97)
-SLOW_DAMPED = [number for number in range(100, 160) if number not in AMPLIFIED]
-"""Numbers of random scenes."""
-
-
-def drawn_damped(number: int) -> hc.Scene:
-    """A random damped scene of 2 to 100 granules; the quick ones are short."""
-    longest_time = 100.0 if number in QUICK_DAMPED else 500.0
-    return random_damped_scene(np.random.default_rng([11, number]), 100, longest_time)
-
-
-@pytest.mark.lammps
-@pytest.mark.parametrize(
-    "number",
-    [*QUICK_DAMPED, *(pytest.param(number, marks=pytest.mark.slow) for number in SLOW_DAMPED)],
-)
-def test_damped_at_the_same_steps(number: int) -> None:
-    scene = drawn_damped(number)
-    result = hc.Lammps(dt=STEP * scene.contact_time).run(scene)
-    checks = same_steps_checks(result)
-    assert len(checks) == 3  # displacement, velocity and peaks
-    for check in checks:
-        assert check.passed, check
-    # Both are read at the same steps, so peaks differ by round-off, too.
-    measured, state = checks[2].measured, checks[0].tolerance
-    # 1.1e-9 where coordinates cost 1.4e-9; 2.5 times what states may differ by in scene 157.
-    assert measured < max((3 if number == 157 else 1) * state, 1e-9)
-
-
-@pytest.mark.lammps
-@pytest.mark.parametrize("number", [0, 1, 2])  # one of each law
-def test_damped_contacts_of_fixed_granules(number: int) -> None:
-    rng = np.random.default_rng([9375, number])
-    scene = with_fixed(rng, random_damped_scene(rng, 20, 60.0))
-    result = hc.Lammps(dt=STEP * scene.contact_time).run(scene)
-    assert scene.holds
-    assert all(check.passed for check in same_steps_checks(result))
-
-
 @pytest.mark.lammps
 @pytest.mark.parametrize("number", [22, 32, 41])  # one of each law
 def test_walls_with_damping_of_their_own(number: int) -> None:
     rng = np.random.default_rng([39, number])
     scene = with_wall_of_its_own(rng, random_damped_scene(rng, 12, 200.0))
     refuse_another(scene, wall=scene.wall and scene.wall.damped(None))
-
-
-def test_random_scenes_have_every_term_and_law() -> None:
-    for numbers in (QUICK, SLOW):
-        assert {term for number in numbers for term in drawn(number).terms} == DRAWN - {"damping"}
-    for damped in (QUICK_DAMPED, SLOW_DAMPED):
-        scenes = [drawn_damped(number) for number in damped]
-        assert {term for scene in scenes for term in scene.terms} == DRAWN
-        laws = {(scene.contact.damping) for scene in scenes if scene.contact}
-        assert laws == set(DAMPING)
-        assert {scene.contact.attraction for scene in scenes if scene.contact} == {False, True}
 
 
 ONE_EACH = {
@@ -353,7 +238,7 @@ def test_error_estimates_of_extrapolations_are_bounds(number: int) -> None:
 @pytest.mark.parametrize("number", AMPLIFIED)
 def test_collisions_that_leave_peaks_no_digit_are_said(number: int) -> None:
     """First pulses are right all the same, so that there is a result."""
-    scene = drawn_damped(number)
+    scene = RANDOM["damped"].draw(number)
     result = hc.Lammps(dt=STEP * scene.contact_time).run(scene)
     assert result.error_estimate > 1
     *pulses, warning = result.warnings

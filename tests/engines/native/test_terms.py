@@ -14,7 +14,7 @@ from scipy.integrate import quad
 from scipy.special import jv
 
 import hertzchain as hc
-from hertzchain.engines.native.damped_runs import integrate_damped
+from hertzchain.engines.native.damped_runs import Adaptive, integrate_damped
 from hertzchain.engines.native.equations import Chain
 from hertzchain.observables.peaks import largest_difference
 from tests.conftest import STEEL
@@ -207,7 +207,7 @@ def test_a_load_presses_a_contact_again_that_has_not_opened(exponent: float) -> 
     unit = np.ones(1)
     chain = Chain(unit, unit, 0.5 * unit, 0.1 * unit, 0.3 * unit, exponent, False)
     start, rows = np.array([[0.0], [1.0]]), np.array([[0.0, 30.0, 1, 0, 0, 0, 0, 0.0]])
-    run = integrate_damped(chain, rows, start, 1e-10, 0.8)
+    run = integrate_damped(chain, rows, start, Adaptive(1e-10, 0.8))
     numbers = numbers_of_chain(chain, 1.0)
     free = np.array([[0.0, 0.0, 30.0, 0.0, 0.0]])
     true = extrapolation.integrate(numbers, free, np.zeros((0, 2)), start, 30.0)

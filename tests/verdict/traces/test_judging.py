@@ -107,7 +107,7 @@ def test_both_sides_of_the_tolerance(
     measured: pd.DataFrame, what: str, part: float, fails: bool
 ) -> None:
     change, kinds = OFF[what]
-    traces, first = measured.copy(), hc.judge_traces(SCENE, measured).known.readings[0]
+    traces, first = measured.copy(), hc.judge_traces(SCENE, measured).expected.readings[0]
     change(traces, part * 0.02, first)
     judgement = hc.judge_traces(SCENE, traces, tolerance=0.02, shift=change is not late)
     assert failed(judgement) - ({"whole"} - kinds) == (kinds if fails else set())
@@ -132,7 +132,7 @@ def test_noise_that_hides_the_tolerance_is_said(measured: pd.DataFrame) -> None:
 
 def test_a_recording_that_ends_within_a_pulse(measured: pd.DataFrame) -> None:
     judgement = hc.judge_traces(SCENE, measured, tolerance=1e-3)
-    end = judgement.shift + judgement.known.readings[1].time
+    end = judgement.shift + judgement.expected.readings[1].time
     before = measured[measured["time_s"] < end].drop(columns="wall_N")
     cut = hc.judge_traces(SCENE, before, tolerance=1e-3)
     assert cut
@@ -221,7 +221,7 @@ def test_a_page_and_a_figure(measured: pd.DataFrame, tmp_path: Path) -> None:
     assert "Judgement of measured traces" in (tmp_path / "page.html").read_text()
     (axes,) = judgement.plot().axes
     time = measured["time_s"].to_numpy() - judgement.shift
-    shown = (time >= 0) & (time <= judgement.known.until)
+    shown = (time >= 0) & (time <= judgement.expected.until)
     native = hc.Native("reference").run(replace(SCENE, gauges=GAUGES), record=time[shown])
     largest = native.to_traces().iloc[:, 1:].to_numpy().max()
     for k, name in enumerate(measured.columns[1:]):

@@ -1,7 +1,6 @@
-"""Display of objects and of progress: as text, as a picture, as a page, as a line.
+"""Objects that show themselves, as text, as a picture or as a page.
 
-Texts, pictures and pages are those of ``report``, which stands above the rooms of these objects:
-the package gives it to ``Shown``, and it is loaded when an object is shown.
+How they do is in ``report``, above their rooms: the package registers its loader here.
 
 PYTEST_DONT_REWRITE, as the package.
 """
@@ -9,11 +8,6 @@ PYTEST_DONT_REWRITE, as the package.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, contextmanager, nullcontext
-
-ShowProgress = Callable[[str], object] | bool | None
-"""True for a line in the terminal, or a function that is called with lines of text."""
 
 TYPE_CHECKING = False  # typing takes time, see the package
 if TYPE_CHECKING:
@@ -79,28 +73,3 @@ class ShownVerdict(ShownRun, ABC):
             If the name does not end in .html, or the file cannot be written.
         """
         self.module_of_report("page").write_page(self._document, path)
-
-
-def telling(progress: ShowProgress) -> AbstractContextManager[Callable[[str], object]]:
-    """Return a context with a function that reports progress: it takes a line of text."""
-    if progress is True:
-        return shown_progress()
-    return nullcontext(progress or (lambda _: None))
-
-
-@contextmanager
-def shown_progress() -> Iterator[Callable[[str], None]]:
-    """Show the present work and its time on stderr; the line is removed at the end.
-
-    There is no line without a terminal, or in a notebook, where Rich would need ipywidgets.
-    """
-    from rich.console import Console
-    from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
-
-    err = Console(stderr=True)
-    text = TextColumn("{task.description}", markup=False)  # names of files may have brackets
-    columns = (SpinnerColumn(), text, TimeElapsedColumn())
-    is_shown = err.is_terminal and not err.is_jupyter
-    with Progress(*columns, console=err, transient=True, disable=not is_shown) as bar:
-        task = bar.add_task("")
-        yield lambda text: bar.update(task, description=text)
