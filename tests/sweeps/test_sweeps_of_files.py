@@ -49,7 +49,6 @@ VALUES: dict[str, list[Any]] = {
     "end_time": [1e-3, 2e-3],
     "duration_ratio": [3.0, 4.0],
     "profile": ["triangular", "cosine-triangular"],
-    "duration": [3e-5, 5e-5],
     "restitution": [0.5, 0.9],
     "relaxation_time": [1e-7, 1e-6],
     "coefficient": [1.0, 5.0],
