@@ -87,7 +87,12 @@ def test_chains_without_bands(hertzchain: Command, tmp_path: Path) -> None:
     with pytest.raises(SceneError, match="must be a run with record"):
         spectrum_of(hc.Native().run(loose), hc.Gauge(contact=7))
     PRESSED.to_toml(tmp_path / "pressed.toml")
-    for gauge, words in ("0", "from 2"), ("41", "to 40"), ("wall", "not a gauge"), ("six", "--gauge"):
+    for gauge, words in (
+        ("0", "from 2"),
+        ("41", "to 40"),
+        ("wall", "not a gauge"),
+        ("six", "--gauge"),
+    ):
         refused = hertzchain("spectrum", tmp_path / "pressed.toml", "--gauge", gauge)
         assert (refused.status, refused.out) == (2, "")
         assert words in refused.err
