@@ -345,7 +345,7 @@ SAFETIES = {
         Safety("plan, hard", 6.0, 2.4, 6.0, 0.0),
         Safety("plan, tried first", 15.0, 12.0, 15.0, 1.5),
         Safety("adaptive", 14.0, 11.9, 14.0, 0.7),
-        Safety("SciPy, judging", 6.0, 2.8, 6.0, 0.0),
+        Safety("SciPy, judging", 6.0, 5.3, 6.0, 0.0),
         Safety("refined steps", 3.0, 1.1, 3.0, 1.6),
         Safety("equal steps", 6.0, 1.0, 6.0, 1.7),
         Safety("second order", 1.5, 1.3, 4.0, 3.1),

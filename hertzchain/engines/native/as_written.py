@@ -51,7 +51,7 @@ little memory; and the numbers kept for each granule and sample (counted)."""
 
 _ELASTIC_FLOOR, _DAMPED_FLOOR = 20.0, 1.2
 """Least bound of the error over the tolerance: a difference of two runs can be small by chance.
-Measured in 340 elastic chains with weak pulses: an error of 18 tolerances with a difference of 2.4.
+Measured in 180 elastic chains with weak pulses: an error of 18 tolerances with a difference of 2.4.
 Dampers end the late collisions that do so (chosen)."""
 
 _RTOL, _LOOSER_RATIO, _STEP_RATIO = 5e-11, 20.0, 0.6
