@@ -168,7 +168,7 @@ def test_a_crest_between_readings_is_no_smaller_peak(scene: hc.Scene, right: Fou
     assert check.passed
     assert check.measured == np.max(thin.applied_force) > 99.0
     check = by_name(examined(scene, times("applied_force", 1 + 1e-5)(thin)), "peak of the applied")
-    assert check.sentence.startswith("the largest applied force is 100.00")
+    assert check.sentence.startswith("peak of the applied force is 100.00")
     assert check.measured == pytest.approx(100.001, rel=1e-6)
 
 
