@@ -247,17 +247,6 @@ def motion_commands(case: Case) -> list[str]:
     return [*commands, subtracted, f"fix {name} {others} nve"]
 
 
-def freeze_commands(case: Case) -> list[str]:
-    """Return fix freeze of fixed granules, with which LAMMPS takes their mass as infinite."""
-    fixed, ids = case.scene.granules.fixed, case.deck.ids
-    numbers = ids[fixed[fixed < ids.size]].tolist()
-    if case.scene.contact is None or not numbers:
-        return []
-    group = _unused(case.deck, "group", "fixed")
-    name = _unused(case.deck, "fix", "freeze")
-    return [f"group {group} id {' '.join(map(str, numbers))}", f"fix {name} {group} freeze"]
-
-
 def piston_commands(case: Case) -> list[str] | None:
     """Return the scene's piston as a fix, empty without one; None for a table."""
     piston = case.scene.piston
@@ -466,15 +455,6 @@ def _kept(case: Case, where: Place) -> tuple[str, ...]:
     return (where.written,) if is_run else ()
 
 
-def _longer(case: Case, check: DeckCheck) -> Iterator[Changes]:
-    """Let a chain settle three and ten times as long before the shock."""
-    where = check.place
-    words = [] if where is None or case.deck.before == 0 else where.written.split()
-    if where is not None and words[1:] and words[0] == "run" and words[1].isdigit():
-        for times in (3, 10):
-            yield {key_of(where): (" ".join(["run", str(times * int(words[1])), *words[2:]]),)}
-
-
 # ---- Commands that set a number
 
 
@@ -521,7 +501,7 @@ def _movers(case: Case, _: DeckCheck) -> list[int]:
 
 
 _BY_LINE = {
-    "shock": _formula, "motion": _formula, "timestep": _as_many_steps, "run": _longer,
+    "shock": _formula, "motion": _formula, "timestep": _as_many_steps,
 }  # fmt: skip
 """Changes of single lines, by the role of a number."""
 
@@ -568,8 +548,6 @@ def trials(case: Case, check: DeckCheck) -> Iterator[Changes]:
     yield from check.corrections[:_MOST_REMOVALS]
     if where is not None and check.command:
         yield {key_of(where): (check.command, *_kept(case, where))}
-    if check.kind == "damping" and (freezing := freeze_commands(case)):
-        yield from _whole(case, freezing, [])
     roles = ("contacts", "wall") if check.kind == "damping" else (check.role,)
     of_role = [k for role in roles for k in reversed(commands_of(case.deck, role))]
     removed = [k for k in candidates[:_MOST_REMOVALS] if not lines or [k] != old]

@@ -296,7 +296,6 @@ def _distance(case: Case) -> Iterator[Number]:
     pairs = [(measured[k] / unit, expected[k] / unit),
              (abs(float(position[first])) / unit, float(of_scene[first]) / unit),
              *[(times, 1.0)] * (abs(times - 1) > 2 * SAME)]  # fmt: skip
-    box, pitch = _replicated(case, float(expected[0] / measured[0]))
     yield Number(
         measured[k], expected[k], room[k], 0.0, {"opening": opening},
         name=f"distance of granules at {case.contact_name(most, size)}",
@@ -305,27 +304,7 @@ def _distance(case: Case) -> Iterator[Number]:
         f" which the shock presses by {case.near[k]:.2g} m",
         stands=() if settles else pairs,  # then the places stand in no line
         role="run" if settles else "", at=_settling(case) if settles else None,
-        guess=box, command=pitch,
     )  # fmt: skip
-
-
-_BOX = re.compile(r"(region\s+(\S+)\s+block\s+)(.*)")
-
-
-def _replicated(case: Case, times: float) -> tuple[int | None, str]:
-    """The region of a box that is replicated along the chain, and that of another length."""
-    commands, k = case.deck.commands, 2 * "xyz".find(case.deck.axis)
-    words = [command.text.split() for command in commands]
-    names = [each[1:] for each in words if each[0] in ("replicate", "create_box")]
-    for index, command in enumerate(commands if len(names) > 1 and k >= 0 else ()):
-        region = _BOX.match(command.written.strip())
-        if region is not None and region[2] in names[0]:
-            sides = region[3].split()
-            low, high = sides[k : k + 2]
-            if NUMBER.fullmatch(low) and NUMBER.fullmatch(high):
-                sides[k + 1] = f"{float(low) + (float(high) - float(low)) * times:.10g}"
-                return index, region[1] + " ".join(sides)
-    return None, ""
 
 
 def _settling(case: Case) -> int:

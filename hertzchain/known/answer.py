@@ -87,13 +87,12 @@ class Layout:
     step: float  # the largest, natural time units
     watch_every: int  # steps between two samples of the overlaps; 0: a lean deck
     pair_style: str = "granular"  # or gran/hertz/history
-    dump_every: int = 0  # steps between two states for OVITO; 0: none
     title: str = "a scene"  # title in the deck
     name: str = "THIS_FILE"  # name of the deck in its example commands
 
     def __post_init__(self) -> None:
-        for key, value in (("watch_every", self.watch_every), ("dump_every", self.dump_every)):
-            require(value >= 0, key, value, "must be a number of steps, 0 for never")
+        allowed = "must be a number of steps, 0 for never"
+        require(self.watch_every >= 0, "watch_every", self.watch_every, allowed)
 
 
 def plain(title: str) -> str:
@@ -139,7 +138,7 @@ def deck(scene: Scene, layout: Layout, answer: KnownAnswer | None = None) -> str
         raise SceneError("watch_every", layout.watch_every, "must be 0 where no peaks are known")
     refuse_pair_style(scene, layout.pair_style)
     legs, scaling = similar(scene, layout.step)
-    softer, options, watch, trajectory = scaling.scene(scene), list[str](), [], list[str]()
+    softer, options, watch = scaling.scene(scene), list[str](), []
     after = [write_dump("chain.final", ("x", "vx", "fx"))]
     if answer is not None:
         options = [
@@ -149,16 +148,6 @@ def deck(scene: Scene, layout: Layout, answer: KnownAnswer | None = None) -> str
         numbers = _Numbers(softer, answer)
         watch = [numbers.commands(), _watch(softer, numbers)]
         after = [*_peaks(softer), "", *_verdict(softer, layout, answer, numbers)]
-    if layout.dump_every:
-        options += [
-            f"variable dump_every index {layout.dump_every} # steps between two states for OVITO",
-            "variable trajectory index chain.lammpstrj",
-        ]
-        trajectory = [
-            "# ---- For OVITO",
-            "dump states all custom ${dump_every} ${trajectory} id type x y z radius vx fx",
-            "dump_modify states sort id",
-        ]
     granules = [
         "# ---- The granules, shared out among processors along the chain",
         *start(scene),
@@ -171,7 +160,7 @@ def deck(scene: Scene, layout: Layout, answer: KnownAnswer | None = None) -> str
     ]
     header = _header(scene, layout, answer, sum(leg.steps for leg in legs), scaling)
     parameters = ["# ---- Parameters", *options] if options else []
-    sections = [header, parameters, granules, *watch, trajectory, _run(scene, legs), after]
+    sections = [header, parameters, granules, *watch, _run(scene, legs), after]
     return "\n\n".join("\n".join(lines) for lines in sections if lines) + "\n"
 
 
@@ -188,13 +177,11 @@ def _header(
 ) -> list[str]:
     run, needed = f"lmp -in {plain(layout.name)}", oldest(scene)
     since = OLDEST if needed is None else needed[1]
-    changed = ["watch", "peaks"] if answer is not None else []
-    changed += ["dump_every", "trajectory"] if layout.dump_every else []
     fixed = "Have another deck written for another scene."
-    if changed:
-        fixed = f"Only {', '.join(changed)} can be changed by -var. {fixed}"
     if answer is None:
         fixed += " Nothing checks here what -var of another name changes."
+    else:
+        fixed = f"Only watch, peaks can be changed by -var. {fixed}"
     return [
         *comment(
             f"{_about(scene, layout.title)} Written by hertzchain {version('hertzchain')} for"

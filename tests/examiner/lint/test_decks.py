@@ -222,7 +222,7 @@ def test_nothing_else_is_said_of_shipped_decks(path: Path) -> None:
 
 def generated(scene: hc.Scene, watch_every: int, pair_style: str = "granular") -> str:
     """Return a deck of a scene; its expected peaks do not matter here."""
-    layout = Layout(0.05, watch_every, pair_style, dump_every=20 * watch_every)
+    layout = Layout(0.05, watch_every, pair_style)
     ones = np.ones(scene.chain.granules - 1)
     answer = KnownAnswer(ones, 1e-3 * ones) if watch_every else None
     return deck(scene, layout, answer)
