@@ -165,7 +165,7 @@ class Key:
             kind = "an integer"
             if self.most:
                 return f"must be an integer from {self.least} to {self.most}"
-        words = " and ".join(f"{words} {bound:g}" for words, bound in self.bounds.items())
+        words = " and ".join(f"{words} {bound:.15g}" for words, bound in self.bounds.items())
         of = " of" if words.startswith("at") else ""
         unit = f" [{self.unit}]" if self.unit else ""
         return f"must be {kind}{of}{words and ' '}{words}{unit}{self.advice}"
