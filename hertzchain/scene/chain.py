@@ -108,7 +108,7 @@ class Chain:
     def __post_init__(self) -> None:
         keys = keys_of(Chain)
         keys["granules"].check("granules", self.granules)
-        for name in (*MATERIAL, "gap", "yield_strength", "velocity", "fixed", *MEASURED):
+        for name in keys:
             value = getattr(self, name)
             if isinstance(value, np.ndarray):
                 value = value.tolist()

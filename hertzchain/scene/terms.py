@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
-from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from typing import Any, Literal, get_args
 
@@ -20,7 +18,7 @@ from hertzchain.scene.chain import (
     YIELD_STRENGTH,
     YOUNG_MODULUS,
 )
-from hertzchain.scene.keys import Key, Section, check, key, keys_of, of_granule, to_si
+from hertzchain.scene.keys import Key, check, key, of_granule
 
 ALL_TERMS = (
     "single granule", "unlike granules", "measured granules", "gaps", "striker", "piston",
@@ -88,10 +86,7 @@ class Wall:
 
     kind: WallKind | None = field(default=None, metadata=key("", "wall", kind="str", choices=WALLS))
     young_modulus: float | None = of_granule(YOUNG_MODULUS, "Young's modulus of the wall")
-    poisson_ratio: float | None = of_granule(
-        POISSON_RATIO,
-        "Poisson's ratio of the wall",
-    )
+    poisson_ratio: float | None = of_granule(POISSON_RATIO, "Poisson's ratio of the wall")
     gap: float = field(default=0.0, metadata=key("m", "gap before the wall", least=0))
     yield_strength: float | None = of_granule(YIELD_STRENGTH)
     restitution: float | None = of_granule(RESTITUTION, "coefficient of restitution of the wall")
@@ -100,9 +95,7 @@ class Wall:
     stiffness: float | None = of_granule(STIFFNESS, "stiffness A of the wall")
 
     def __post_init__(self) -> None:
-        kind = keys_of(Wall)["kind"]
-        if self.kind is not None:
-            kind.check("kind", self.kind)
+        check(self)
         allowed = "not allowed with stiffness, which takes its place"
         require(self.kind is None or self.stiffness is None, "kind", self.kind, allowed)
         for name in ("young_modulus", "poisson_ratio", "yield_strength"):
@@ -114,7 +107,6 @@ class Wall:
                 other = "one with stiffness" if self.kind is None else f'"{self.kind}"'
                 allowed = f'only a wall of kind "elastic" has it, not {other}'
                 require(value is None, name, value, allowed)
-        check(self)
 
     def material(self, young_modulus: float, poisson_ratio: float) -> dict[str, float]:
         """Return the wall's material, by names, from that of the granule next to it."""
@@ -316,10 +308,9 @@ class Gauge:
 OF_GRANULES = tuple(f"chain.{key}" for key in (*MATERIAL, "gap", "velocity", *MEASURED))
 """Keys that can scatter among granules."""
 
-SECTIONS_OF_UNCERTAIN = ("uncertainty", "scatter")
-
-_PERCENT = re.compile(r"\s*([-+.\deE]+)\s*%\s*")
-_FORM = "must be a standard deviation, such as '5 %' or one with a unit, or {half_width = ...}"
+SPREAD_ALLOWED = (
+    "must be a standard deviation, such as '5 %' or one with a unit, or {half_width = ...}"
+)
 
 
 @dataclass(frozen=True)
@@ -352,7 +343,7 @@ class Uncertain:
     each: bool = False
 
     def __post_init__(self) -> None:
-        require(is_positive(self.size), self.key, self.size, _FORM)
+        require(is_positive(self.size), self.key, self.size, SPREAD_ALLOWED)
         if self.each:
             require(self.key in OF_GRANULES, self.key, None, f"must be {', '.join(OF_GRANULES)}")
 
@@ -366,58 +357,3 @@ class Uncertain:
         """The text of it in a scene file."""
         size = f"{100 * self.size:.15g} %" if self.relative else self.size
         return {"half_width": size} if self.uniform else size
-
-
-def read_uncertain(
-    section: str,
-    values: Section,
-    key_named: Callable[[str], Key | None],
-    full: Callable[[str], str],
-) -> tuple[Uncertain, ...]:
-    """Read [uncertainty] or [scatter]; a SceneError names the key with its section.
-
-    ``full`` returns the full name of a key that is given without its section.
-    """
-    entries = []
-    for given, value in _flat(values):
-        name = f"{section}.{given}"
-        key = f"chain.{given}" if f"chain.{given}" in OF_GRANULES else given
-        try:
-            key = key if section == "scatter" else full(given)
-        except SceneError as problem:
-            raise SceneError(name, value, problem.allowed) from None
-        quantity = key_named(key)
-        can_vary = quantity is not None and quantity.kind == "float" and bool(quantity.label)
-        unit = quantity.unit if quantity is not None and can_vary else None
-        allowed = "has no quantity; write the key as in the scene, such as chain.young_modulus"
-        require("." in key and unit is not None, name, value, allowed)
-        uniform = isinstance(value, dict)
-        require(not uniform or list(value) == ["half_width"], name, value, _FORM)
-        written = value["half_width"] if uniform else value
-        percent = _PERCENT.fullmatch(written) if isinstance(written, str) else None
-        try:
-            size = float(percent[1]) / 100 if percent else to_si(name, written, unit or "")
-            entries.append(Uncertain(key, size, percent is not None, uniform, section == "scatter"))
-        except SceneError as problem:
-            raise SceneError(name, value, problem.allowed) from None
-        except ValueError:
-            raise SceneError(name, value, _FORM) from None
-    return tuple(entries)
-
-
-def sections_of_uncertain(uncertain: Iterable[Uncertain]) -> dict[str, dict[str, Any]]:
-    """Return the sections of a scene file that ``read_uncertain`` reads, without empty ones."""
-    sections: dict[str, dict[str, Any]] = {}
-    for entry in uncertain:
-        section = "scatter" if entry.each else "uncertainty"
-        sections.setdefault(section, {})[entry.key] = entry.written
-    return sections
-
-
-def _flat(values: Section, before: str = "") -> Iterator[tuple[str, Any]]:
-    """Yield keys with their values; without quotes TOML makes tables of ``chain.radius``."""
-    for name, value in values.items():
-        if isinstance(value, dict) and value and "half_width" not in value:
-            yield from _flat(value, f"{before}{name}.")
-        else:
-            yield before + name, value
