@@ -30,7 +30,7 @@ from hertzchain.scene.chain import (
     length_and_time,
 )
 from hertzchain.scene.file import OTHERS, key_named, read_parts, texts_of
-from hertzchain.scene.granules import Granules, Numbered, granules_of, like_granules
+from hertzchain.scene.granules import Granules, granules_of, like_granules
 from hertzchain.scene.keys import Positive, keys_of
 from hertzchain.scene.schedule import (
     Leg,
@@ -224,7 +224,7 @@ def _is_representable(scene: Any) -> bool:
 
 
 @dataclass(frozen=True, repr=False)
-class Scene(Numbered, Shown):
+class Scene(Shown):
     """One shock on one chain.
 
     Parameters
@@ -339,6 +339,47 @@ class Scene(Numbered, Shown):
             self.contact is not None,
         )
         return tuple(itertools.compress(ALL_TERMS, present))
+
+    @property
+    def first_granule(self) -> int:
+        """Place of granule 1 in ``granules``: 0, or 1 behind a near wall."""
+        return 0 if self.near_wall is None else 1
+
+    @property
+    def bodies(self) -> int:
+        """Number of entries of ``granules``: N, or N + 1 with a near wall."""
+        return self.chain.granules + (self.near_wall is not None)
+
+    @property
+    def unit_contact(self) -> int:
+        """Place of contact 2 in arrays of contacts; of contact 1 where it is the only one."""
+        return min(self.first_granule, len(self.contacts) - 1)
+
+    @property
+    def pushed(self) -> int:
+        """Place in ``granules`` of the granule on which the force acts."""
+        return self.shock.granule - 1 + self.first_granule
+
+    @property
+    def contacts(self) -> range:
+        """Numbers of the contacts: from 2, or 1 with a near wall, to N, or N + 1 with a wall."""
+        return range(2 - self.first_granule, self.chain.granules + 1 + (self.wall is not None))
+
+    @property
+    def last_contact(self) -> int:
+        """Number of the last contact, N, or N + 1 with a wall."""
+        return self.contacts[-1]
+
+    def contact_label(self, contact: int) -> str:
+        """Return what a table calls a contact: its number, or the wall."""
+        name = self.contact_name(contact)
+        return str(contact) if name.startswith("contact") else name.removeprefix("the ")
+
+    def contact_name(self, contact: int) -> str:
+        """Return what a sentence calls a contact."""
+        if contact < 2:
+            return "the near wall"
+        return "the wall" if contact > self.chain.granules else f"contact {contact}"
 
     @property
     def measures_contacts(self) -> bool:
@@ -606,13 +647,8 @@ SceneLike = Scene | str | os.PathLike[str]
 
 
 def to_scene(given: SceneLike) -> Scene:
-    """Return the scene, read from its file where a path is given; else raise a SceneError."""
-    if isinstance(given, str | os.PathLike):
-        return Scene.from_toml(os.fspath(given))
-    kind = None if given is None else type(given).__name__
-    allowed = "must be a Scene or the path of a scene file (TOML)"
-    require(isinstance(given, Scene), "scene", kind, allowed)
-    return given
+    """Return the scene, read from its file where a path is given."""
+    return given if isinstance(given, Scene) else Scene.from_toml(os.fspath(given))
 
 
 _LEAST_UNCERTAINTY = 1e-9

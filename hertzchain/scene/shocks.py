@@ -16,15 +16,8 @@ import numpy as np
 from hertzchain.arrays import FloatArray, Quantity
 from hertzchain.errors import SceneError, is_finite, require, require_one
 from hertzchain.files import read_rows
-from hertzchain.scene.chain import (
-    DENSITY,
-    MATERIAL,
-    POISSON_RATIO,
-    RADIUS,
-    YOUNG_MODULUS,
-    short_repr,
-)
-from hertzchain.scene.keys import Key, Positive, check, key, keys_of, of_granule
+from hertzchain.scene.chain import MATERIAL, Chain, short_repr
+from hertzchain.scene.keys import Key, Positive, alike, check, key, keys_of, optional
 
 
 @dataclass(frozen=True)
@@ -439,11 +432,6 @@ class Piston(Shock):
     file
         Name of its CSV file, relative to the scene file, if any; ignored when two pistons are
         compared.
-
-    Raises
-    ------
-    SceneError
-        For a value outside what is stated above; the row of a table is named.
     """
 
     profiles = ("piston",)
@@ -451,7 +439,9 @@ class Piston(Shock):
     column = ("displacement", "displacement_m")
     is_driven = True
 
-    velocity: float | None = of_granule(SPEED, "velocity of the piston")
+    velocity: float | None = field(
+        default=None, metadata={"key": replace(SPEED, label="velocity of the piston")}
+    )
     time: Rows | None = None
     displacement: Rows | None = None
     file: str | None = field(default=None, compare=False)
@@ -548,11 +538,6 @@ class Pulse(Shock):
         LM_ratio = t0 / t0_hat (with the paper's 139/32), or t0 [s]: exactly one of the two.
     granule
         Number of the granule on which it acts, from 1.
-
-    Raises
-    ------
-    SceneError
-        For a value outside what is stated above.
     """
 
     profiles = tuple(PROFILES)
@@ -562,8 +547,8 @@ class Pulse(Shock):
     profile: Profile = field(metadata=key("", "profile", kind="str", choices=tuple(PROFILES)))
     peak_force: float = field(metadata=FORCE)
     duration_ratio: float = field(metadata=key("", "n", above=1))
-    momentum_ratio: float | None = field(default=None, metadata=key("", "LM_ratio", above=0))
-    rise_time: float | None = field(default=None, metadata=key("s", "rise time t0", above=0))
+    momentum_ratio: float | None = optional("", "LM_ratio", above=0)
+    rise_time: float | None = optional("s", "rise time t0", above=0)
     granule: int = field(default=1, metadata=GRANULE)
 
     def __post_init__(self) -> None:
@@ -602,11 +587,6 @@ class PulseTable(Shock):
         tables are compared.
     granule
         Number of the granule on which it acts, from 1.
-
-    Raises
-    ------
-    SceneError
-        For a table outside what is stated above; the row is named.
     """
 
     profiles = ("table",)
@@ -686,11 +666,6 @@ class Sine(Shock):
         Number of cycles, a whole number from 1 to 50,000.
     granule
         Number of the granule on which it acts, from 1.
-
-    Raises
-    ------
-    SceneError
-        For a value outside what is stated above.
     """
 
     profiles = ("sine",)
@@ -756,11 +731,6 @@ class LabPulse(Shock):
         Time from the start of the force to its end [s].
     granule
         Number of the granule on which it acts, from 1.
-
-    Raises
-    ------
-    SceneError
-        For a value that is not possible.
     """
 
     words = "{shock.noun} of {shock.duration:.6g} s, " + _OF_FORCE
@@ -823,11 +793,6 @@ class Trapezoid(LabPulse):
     ----------
     rise_time, fall_time
         Durations of rise and decay, at most ``duration`` together [s].
-
-    Raises
-    ------
-    SceneError
-        For a value that is not possible.
     """
 
     profiles = ("trapezoid",)
@@ -877,11 +842,6 @@ class Striker(Shock):
     loaded
         True for a striker that the load pushes like any first granule: its contact then has the
         static force from the start, and the striker also has its velocity.
-
-    Raises
-    ------
-    SceneError
-        For a value that is not possible.
     """
 
     profiles = ("striker",)
@@ -889,10 +849,10 @@ class Striker(Shock):
     section = "striker"
 
     velocity: float = field(metadata={"key": replace(SPEED, label="velocity of the striker")})
-    radius: float | None = of_granule(RADIUS, "radius of the striker")
-    young_modulus: float | None = of_granule(YOUNG_MODULUS, "Young's modulus of the striker")
-    poisson_ratio: float | None = of_granule(POISSON_RATIO, "Poisson's ratio of the striker")
-    density: float | None = of_granule(DENSITY, "density of the striker")
+    radius: float | None = alike(Chain, "radius", "radius of the striker")
+    young_modulus: float | None = alike(Chain, "young_modulus", "Young's modulus of the striker")
+    poisson_ratio: float | None = alike(Chain, "poisson_ratio", "Poisson's ratio of the striker")
+    density: float | None = alike(Chain, "density", "density of the striker")
     loaded: bool = field(default=False, metadata=key(kind="bool"))
 
     def __post_init__(self) -> None:

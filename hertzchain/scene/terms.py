@@ -10,15 +10,8 @@ import numpy as np
 
 from hertzchain.arrays import FloatArray
 from hertzchain.errors import SceneError, is_positive, require, require_one
-from hertzchain.scene.chain import (
-    MATERIAL,
-    MEASURED,
-    POISSON_RATIO,
-    STIFFNESS,
-    YIELD_STRENGTH,
-    YOUNG_MODULUS,
-)
-from hertzchain.scene.keys import Key, check, key, of_granule
+from hertzchain.scene.chain import MATERIAL, MEASURED, Chain
+from hertzchain.scene.keys import alike, check, key, optional
 
 ALL_TERMS = (
     "single granule", "unlike granules", "measured granules", "gaps", "striker", "piston",
@@ -43,18 +36,87 @@ DAMPING: dict[DampingLaw, str] = {
 }
 """Laws of damping, each with its parameter."""
 
-RESTITUTION = Key(
-    "", "coefficient of restitution e", above=0, below=1,
-    advice="; leave out [contact] for no damping",
-)  # fmt: skip
-RELAXATION_TIME = Key("s", "relaxation time of contacts", above=0, usual=(1e-12, 1.0))
-COEFFICIENT = Key("kg/s", "coefficient of dashpots", above=0)
-"""Keys of damping, for all contacts or the wall's."""
-
 RIGID_MODULUS_RATIO = 1e30
 """Young's modulus of a rigid wall over that of the granule next to it (chosen), for codes whose
 walls all have one: its deformation is below round-off.
 """
+
+
+@dataclass(frozen=True)
+class Contact:
+    """Damping in all contacts, the wall's too: F = A d^(3/2) + c d^q d' for an overlap d > 0.
+
+    Parameters
+    ----------
+    damping
+        ``restitution``: q = 1/4 and c = alpha sqrt(m* A) with
+        alpha = sqrt(5) (-ln e) / sqrt(pi^2 + ln^2 e), so that two spheres part with e times the
+        velocity of their approach if the contact may pull (Antypov and Elliott, EPL 94 (2011)
+        50004). ``viscoelastic``: q = 1/2 and c = 3/2 A times the relaxation time (Kuwabara and
+        Kono, Jpn. J. Appl. Phys. 26 (1987) 1230). ``dashpot``: q = 0 and c the coefficient.
+    restitution
+        e, above 0 and below 1.
+    relaxation_time
+        Relaxation time of Kuwabara and Kono [s].
+    coefficient
+        Coefficient of the dashpots [kg/s].
+    attraction
+        Whether damping may make a contact pull as it opens; if not, its force is 0 there.
+    """
+
+    damping: DampingLaw = field(metadata=key(kind="str", choices=tuple(DAMPING)))
+    restitution: float | None = optional(
+        "",
+        "coefficient of restitution e",
+        above=0,
+        below=1,
+        advice="; leave out [contact] for no damping",
+    )
+    relaxation_time: float | None = optional(
+        "s", "relaxation time of contacts", above=0, usual=(1e-12, 1.0)
+    )
+    coefficient: float | None = optional("kg/s", "coefficient of dashpots", above=0)
+    attraction: bool = field(default=False, metadata=key(kind="bool"))
+
+    def __post_init__(self) -> None:
+        check(self)
+        needed = DAMPING[self.damping]
+        allowed = f'missing, damping = "{self.damping}" needs it'
+        require(getattr(self, needed) is not None, needed, None, allowed)
+        for name in DAMPING.values():
+            allowed = f'not allowed with damping = "{self.damping}", which takes {needed}'
+            value = getattr(self, name)
+            require(value is None or name == needed, name, value, allowed)
+
+    @property
+    def parameter(self) -> float:
+        """The parameter of the law, which is e, a time [s] or a coefficient [kg/s]."""
+        return float(getattr(self, DAMPING[self.damping]))
+
+    def at(self, wall: Wall | None) -> Contact:
+        """Return the law in the contact with a wall, which may have a parameter of its own."""
+        wall_damping = wall.own_damping if wall is not None else {}
+        return self.with_parameter(wall_damping[DAMPING[self.damping]]) if wall_damping else self
+
+    def with_parameter(self, value: float) -> Contact:
+        """Return the same law with another parameter."""
+        changed: Any = {DAMPING[self.damping]: value}
+        return replace(self, **changed)
+
+    @property
+    def exponent(self) -> float:
+        """Exponent q in the damping force c d^q d'."""
+        return {"restitution": 0.25, "viscoelastic": 0.5, "dashpot": 0.0}[self.damping]
+
+    def coefficients(self, stiffness: FloatArray, contact_mass: FloatArray) -> FloatArray:
+        """Return c of contacts [N s m^-(1+q)] from their A and m*, all of shape (contacts,)."""
+        if self.damping == "restitution":
+            log = math.log(self.parameter)
+            alpha = -math.sqrt(5) * log / math.hypot(math.pi, log)
+            return np.asarray(alpha * np.sqrt(contact_mass * stiffness))
+        if self.damping == "viscoelastic":
+            return np.asarray(1.5 * self.parameter * stiffness)
+        return np.full(stiffness.shape, self.parameter)
 
 
 @dataclass(frozen=True)
@@ -77,22 +139,19 @@ class Wall:
         for that of all contacts.
     stiffness
         A of the wall's contact, as it was measured [N m^(-3/2)]; None where it follows.
-
-    Raises
-    ------
-    SceneError
-        For a value that is not possible.
     """
 
-    kind: WallKind | None = field(default=None, metadata=key("", "wall", kind="str", choices=WALLS))
-    young_modulus: float | None = of_granule(YOUNG_MODULUS, "Young's modulus of the wall")
-    poisson_ratio: float | None = of_granule(POISSON_RATIO, "Poisson's ratio of the wall")
+    kind: WallKind | None = optional("", "wall", kind="str", choices=WALLS)
+    young_modulus: float | None = alike(Chain, "young_modulus", "Young's modulus of the wall")
+    poisson_ratio: float | None = alike(Chain, "poisson_ratio", "Poisson's ratio of the wall")
     gap: float = field(default=0.0, metadata=key("m", "gap before the wall", least=0))
-    yield_strength: float | None = of_granule(YIELD_STRENGTH)
-    restitution: float | None = of_granule(RESTITUTION, "coefficient of restitution of the wall")
-    relaxation_time: float | None = of_granule(RELAXATION_TIME, "relaxation time of the wall")
-    coefficient: float | None = of_granule(COEFFICIENT, "coefficient of the wall's dashpot")
-    stiffness: float | None = of_granule(STIFFNESS, "stiffness A of the wall")
+    yield_strength: float | None = alike(Chain, "yield_strength")
+    restitution: float | None = alike(
+        Contact, "restitution", "coefficient of restitution of the wall"
+    )
+    relaxation_time: float | None = alike(Contact, "relaxation_time", "relaxation time of the wall")
+    coefficient: float | None = alike(Contact, "coefficient", "coefficient of the wall's dashpot")
+    stiffness: float | None = alike(Chain, "stiffness", "stiffness A of the wall")
 
     def __post_init__(self) -> None:
         check(self)
@@ -145,11 +204,6 @@ class Precompression:
     gravity
         Acceleration along the chain, towards the far end [m/s^2]; needs a wall or a fixed last
         granule.
-
-    Raises
-    ------
-    SceneError
-        For a value below 0, or where both are 0.
     """
 
     force: float = field(
@@ -168,80 +222,6 @@ class Precompression:
             raise SceneError("force and gravity", None, allowed)
 
 
-@dataclass(frozen=True)
-class Contact:
-    """Damping in all contacts, the wall's too: F = A d^(3/2) + c d^q d' for an overlap d > 0.
-
-    Parameters
-    ----------
-    damping
-        ``restitution``: q = 1/4 and c = alpha sqrt(m* A) with
-        alpha = sqrt(5) (-ln e) / sqrt(pi^2 + ln^2 e), so that two spheres part with e times the
-        velocity of their approach if the contact may pull (Antypov and Elliott, EPL 94 (2011)
-        50004). ``viscoelastic``: q = 1/2 and c = 3/2 A times the relaxation time (Kuwabara and
-        Kono, Jpn. J. Appl. Phys. 26 (1987) 1230). ``dashpot``: q = 0 and c the coefficient.
-    restitution
-        e, above 0 and below 1.
-    relaxation_time
-        Relaxation time of Kuwabara and Kono [s].
-    coefficient
-        Coefficient of the dashpots [kg/s].
-    attraction
-        Whether damping may make a contact pull as it opens; if not, its force is 0 there.
-
-    Raises
-    ------
-    SceneError
-        For a value that is not possible, or a parameter of another law.
-    """
-
-    damping: DampingLaw = field(metadata=key(kind="str", choices=tuple(DAMPING)))
-    restitution: float | None = field(default=None, metadata={"key": RESTITUTION})
-    relaxation_time: float | None = field(default=None, metadata={"key": RELAXATION_TIME})
-    coefficient: float | None = field(default=None, metadata={"key": COEFFICIENT})
-    attraction: bool = field(default=False, metadata=key(kind="bool"))
-
-    def __post_init__(self) -> None:
-        check(self)
-        needed = DAMPING[self.damping]
-        allowed = f'missing, damping = "{self.damping}" needs it'
-        require(getattr(self, needed) is not None, needed, None, allowed)
-        for name in DAMPING.values():
-            allowed = f'not allowed with damping = "{self.damping}", which takes {needed}'
-            value = getattr(self, name)
-            require(value is None or name == needed, name, value, allowed)
-
-    @property
-    def parameter(self) -> float:
-        """The parameter of the law, which is e, a time [s] or a coefficient [kg/s]."""
-        return float(getattr(self, DAMPING[self.damping]))
-
-    def at(self, wall: Wall | None) -> Contact:
-        """Return the law in the contact with a wall, which may have a parameter of its own."""
-        wall_damping = wall.own_damping if wall is not None else {}
-        return self.with_parameter(wall_damping[DAMPING[self.damping]]) if wall_damping else self
-
-    def with_parameter(self, value: float) -> Contact:
-        """Return the same law with another parameter."""
-        changed: Any = {DAMPING[self.damping]: value}
-        return replace(self, **changed)
-
-    @property
-    def exponent(self) -> float:
-        """Exponent q in the damping force c d^q d'."""
-        return {"restitution": 0.25, "viscoelastic": 0.5, "dashpot": 0.0}[self.damping]
-
-    def coefficients(self, stiffness: FloatArray, contact_mass: FloatArray) -> FloatArray:
-        """Return c of contacts [N s m^-(1+q)] from their A and m*, all of shape (contacts,)."""
-        if self.damping == "restitution":
-            log = math.log(self.parameter)
-            alpha = -math.sqrt(5) * log / math.hypot(math.pi, log)
-            return np.asarray(alpha * np.sqrt(contact_mass * stiffness))
-        if self.damping == "viscoelastic":
-            return np.asarray(1.5 * self.parameter * stiffness)
-        return np.full(stiffness.shape, self.parameter)
-
-
 NO_GAUGE = "there is none: the scene needs a [[gauge]] with granule or contact"
 
 
@@ -256,15 +236,10 @@ class Gauge:
     contact
         Number of a contact, between granules ``contact - 1`` and ``contact``; N + 1 is the contact
         of the wall, 1 that of a near wall.
-
-    Raises
-    ------
-    SceneError
-        If none or both are given, or if the given number is not whole.
     """
 
-    granule: int | None = field(default=None, metadata=key(kind="int"))
-    contact: int | None = field(default=None, metadata=key(kind="int"))
+    granule: int | None = optional(kind="int")
+    contact: int | None = optional(kind="int")
 
     def __post_init__(self) -> None:
         require_one(granule=self.granule, contact=self.contact)
@@ -329,11 +304,6 @@ class Uncertain:
         Whether the distribution is uniform.
     each
         Whether it is scatter: each granule has a value of its own, all independent.
-
-    Raises
-    ------
-    SceneError
-        If ``size`` is not a finite number above 0.
     """
 
     key: str

@@ -55,11 +55,6 @@ class Collision:
         k = 4/3 E* sqrt(R*) [N m^(-3/2)].
     velocity
         Relative velocity of the impact [m/s].
-
-    Raises
-    ------
-    SceneError
-        For a value that is not a finite number above 0.
     """
 
     mass: float = field(metadata=key("kg", above=0))

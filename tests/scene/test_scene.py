@@ -93,17 +93,6 @@ def test_momentum_ratio_and_rise_time_mean_each_other(momentum_ratio: float, n: 
     assert timed.momentum_ratio == pytest.approx(momentum_ratio, rel=1e-15)  # there and back
 
 
-def test_a_table_of_a_triangle_vs_the_triangular_pulse() -> None:
-    pulse = paper_scene("triangular", 1.3, 3.0)
-    t0 = pulse.rise_time
-    assert t0 is not None
-    table = replace(pulse, shock=hc.PulseTable((0.0, t0, 3 * t0), (0.0, 100.0, 0.0)))
-    assert table.rise_time is None
-    assert table.impulse == pytest.approx(pulse.impulse, rel=1e-15)  # roundings
-    assert table.momentum_ratio == pytest.approx(1.3, rel=1e-15)
-    assert table.end_time == pytest.approx(pulse.end_time, rel=1e-15)
-
-
 def test_nothing_pushes_before_and_after_a_table() -> None:
     table = hc.PulseTable((1e-5, 2e-5, 4e-5), (40.0, 100.0, 60.0))
     scene = hc.Scene(hc.Chain(5, **STEEL), table)
