@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
@@ -9,18 +10,9 @@ from typing import Annotated, Any
 
 import typer
 
-from hertzchain.cli import options, output
-from hertzchain.cli.options import AsJson, to_seconds
-from hertzchain.cli.output import (
-    OUT_OF_TOLERANCE,
-    check_files,
-    compiling,
-    progress,
-    say,
-    show,
-    write_file,
-)
-from hertzchain.cli.shown import Shown
+from hertzchain.cli import options
+from hertzchain.cli.options import to_seconds
+from hertzchain.cli.output import DONE, OUT_OF_TOLERANCE, Answer, Written, working
 from hertzchain.errors import HertzchainError, require
 from hertzchain.limits import TOLERANCE
 
@@ -59,7 +51,7 @@ class PartOptions:
         float | None,
         typer.Option(
             help="Value of the column without a force, in its unit. Default: its mean before the"
-            " pulse.",
+            " pulse."
         ),
     ] = None
     start: Annotated[
@@ -73,8 +65,7 @@ class PartOptions:
     end: Annotated[
         str | None,
         typer.Option(
-            metavar="TIME",
-            help="Where the pulse ends. Default: where it is back in the noise.",
+            metavar="TIME", help="Where the pulse ends. Default: where it is back in the noise."
         ),
     ] = None
 
@@ -84,47 +75,50 @@ def pulse(
         ..., metavar="RECORDING", help="Text file of an oscilloscope: columns of time and force."
     ),
     *,
-    output: Path | None = typer.Option(
-        None, "-o", "--output", metavar="FILE", help="Write the pulse table (CSV) of a scene."
-    ),
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "-o", "--output", metavar="FILE", help="Write the pulse table (CSV) of a scene."
+        ),
+        options.FileKind(),
+    ] = None,
     column: ColumnOptions,
     part: PartOptions,
     rows: int = typer.Option(80, help="Most rows of the table."),
     picture: options.PictureOptions,
-    as_json: AsJson = False,
-) -> None:
+) -> Answer:
     """Make a pulse table of a recorded force.
 
     The table has no baseline, begins and ends with the pulse, and has few rows. The command says
     what was changed, and how well F0 and impulse are known. Comments, header, separator and decimal
     commas are recognised.
     """
-    import json
-
     from hertzchain.files import write_text
     from hertzchain.pulses.pulse import measured_pulse, pulse_of
     from hertzchain.pulses.recording import read_recording
     from hertzchain.report.pulse import plot_pulse, print_pulse
 
-    check_files([recording], [output], plot=picture.plot)
-    inches = picture.inches
     ends = to_seconds("--start", part.start), to_seconds("--end", part.end)
     read = read_recording(recording, column.time, column.force, column.time_unit, column.scale)
-    with progress() as report_progress:
+    with working(is_native=False) as report_progress:
         report_progress("choosing the fewest rows that keep the pulse")
         measured = measured_pulse(read, pulse_of(read, part.baseline, *ends), rows)
+    remarks = [*measured.signal.warnings]
     if output is not None:
-        write_text(output, measured.to_text())
-    show(as_json, measured.to_dict, lambda console: print_pulse(console, measured))
-    for warning in measured.signal.warnings:
-        say(warning)
-    if output is not None:
-        say(
-            f"Pulse table written to {output}; a scene next to it takes it under [shock] as"
-            f' profile = "table" and file = {json.dumps(output.name, ensure_ascii=False)}',
-            "",
+        file = json.dumps(output.name, ensure_ascii=False)
+        remarks.append(
+            f"a scene next to {output} takes it under [shock] as"
+            f' profile = "table" and file = {file}'
         )
-    write_file("Plot", picture.plot, lambda path: plot_pulse(measured, inches).write(path))
+    return Answer(
+        measured.to_dict,
+        lambda console: print_pulse(console, measured),
+        [
+            Written("Pulse table", output, lambda path: write_text(path, measured.to_text())),
+            picture.picture(lambda size: plot_pulse(measured, size)),
+        ],
+        remarks,
+    )
 
 
 Units = StrEnum("Units", {name: name for name in ("si", "cgs", "micro", "nano")})  # type: ignore[misc]
@@ -157,65 +151,47 @@ def judge(
     ),
     time_limit: options.TimeLimit = "1 h",
     shown: options.VerdictOptions,
-) -> None:
+) -> Answer:
     """Judge the peaks of any code, or measured forces.
 
     Where peaks differ, the likely cause is named.
     """
     from hertzchain.pulses.recording import read_columns
-    from hertzchain.report.documents import document_of
-    from hertzchain.uncertainty.shown import of_validation
+    from hertzchain.report.contents import document_of
     from hertzchain.uncertainty.validation import SEEN, validate
     from hertzchain.verdict.results import is_train, judge_trains
     from hertzchain.verdict.results import judge as judge_peaks
     from hertzchain.verdict.traces import is_traces, judge_traces, names_in
 
-    outputs = Shown(scene, shown, results)
     columns = traces.columns
     step, limit = options.to_seconds("--dt", dt), options.to_time_limit(time_limit)
     loaded = options.load_scene(scene)
-    names = names_in(results[0])
     are_traces = [is_traces(names_in(file), columns) for file in results]
-    of_traces = all(are_traces)
-    if any(are_traces) and not of_traces:
+    if any(are_traces) and not all(are_traces):
         other = results[are_traces.index(False)]
         read_columns(other)  # raises where it cannot be read
         raise HertzchainError(
             f"{other}: has no forces of gauges over time, as the other files have: judge it by"
             " itself, or name its columns with --column"
         )
-    options.refuse_without_need(of_traces, no_shift=traces.no_shift, column=bool(columns))
-    with output.progress() as report_progress, output.compiling(report_progress):
-        if of_traces:
-            allowed = "are in the header of a trace, or named by --column 'gauge_16=CH1 [25 N]'"
-            require(units is SI and step is None, "units and dt", None, allowed)
-            how: dict[str, Any] = {
-                "columns": columns,
-                "shift": not traces.no_shift,
-                "time_limit": limit,
-                "progress": report_progress,
-            }
-            if loaded.uncertain:
-                seen = SEEN if tolerance is None else tolerance
-                outputs.end(of_validation(validate(loaded, results, tolerance=seen, **how)))
-            within = TOLERANCE if tolerance is None else tolerance
-            outputs.end(document_of(judge_traces(loaded, results, tolerance=within, **how)))
-        if len(results) == 1 and is_train(names):
-            allowed = "must be left out for pulses, whose forces are in N"
-            require(units is SI and step is None, "units and dt", None, allowed)
-            within = TOLERANCE if tolerance is None else tolerance
-            limits: dict[str, Any] = {"time_limit": limit, "progress": report_progress}
-            outputs.end(document_of(judge_trains(loaded, results[0], tolerance=within, **limits)))
-        judgement = judge_peaks(
-            loaded,
-            results,
-            units=units.value,
-            tolerance=TOLERANCE if tolerance is None else tolerance,
-            dt=step,
-            time_limit=limit,
-            progress=report_progress,
-        )
-    outputs.end(document_of(judgement))
+    options.refuse_without_need(all(are_traces), no_shift=traces.no_shift, column=bool(columns))
+    of_train = len(results) == 1 and is_train(names_in(results[0]))
+    if all(are_traces) or of_train:
+        allowed = "are for peaks: other files say their units"
+        require(units is SI and step is None, "units and dt", None, allowed)
+    least = SEEN if all(are_traces) and loaded.uncertain else TOLERANCE
+    how: dict[str, Any] = {"tolerance": least if tolerance is None else tolerance}
+    with working() as report_progress:
+        how |= {"time_limit": limit, "progress": report_progress}
+        judged: object
+        if all(are_traces):
+            judge_all = validate if loaded.uncertain else judge_traces
+            judged = judge_all(loaded, results, columns=columns, shift=not traces.no_shift, **how)
+        elif of_train:
+            judged = judge_trains(loaded, results[0], **how)
+        else:
+            judged = judge_peaks(loaded, results, units=units.value, dt=step, **how)
+    return shown.answer(document_of(judged), scene, [results[0], results[-1]])
 
 
 @dataclass(frozen=True)
@@ -277,12 +253,13 @@ def fit(
         f" repeatable. A fixed length: {_TIE}.",
     ),
     how: FitOptions,
-    output: Path | None = typer.Option(
-        None, "-o", "--output", metavar="FILE", help="Write the fitted scene (.toml)."
-    ),
+    output: Annotated[
+        Path | None,
+        typer.Option("-o", "--output", metavar="FILE", help="Write the fitted scene (.toml)."),
+        options.FileKind(),
+    ] = None,
     time_limit: options.TimeLimitOfAll = "1 h",
-    as_json: options.AsJson = False,
-) -> None:
+) -> Answer:
     """Fit values of a scene to measured forces or peaks.
 
     Values have 95 % intervals. The search starts from the values in the scene file. The status is
@@ -290,19 +267,20 @@ def fit(
     """
     from hertzchain.fits import fit as fits
 
-    check_files([scene, *traces], [output])
     limit = options.to_time_limit(time_limit)
     loaded = options.load_scene(scene)
-    ties = options.by_name("--tie", tie or [], _TIE)
-    with progress() as report_progress, compiling(report_progress):
+    ties = options.by_name("--tie", tie, _TIE)
+    with working() as report_progress:
         fitted = fits.fit(
             loaded, traces, how.with_hum(free), ties=ties, columns=how.columns, clock=how.clock,
             time_limit=limit, progress=report_progress,
         )  # fmt: skip
-    show(as_json, fitted.to_dict, lambda console: console.print(repr(fitted)))
-    write_file("Scene", output, fitted.scene.to_toml)
-    if not fitted.is_noise:
-        raise typer.Exit(OUT_OF_TOLERANCE)
+    return Answer(
+        fitted.to_dict,
+        lambda console: console.print(repr(fitted)),
+        [Written("Scene", output, fitted.scene.to_toml)],
+        status=DONE if fitted.is_noise else OUT_OF_TOLERANCE,
+    )
 
 
 def spectrum(
@@ -315,8 +293,7 @@ def spectrum(
     ),
     time_limit: options.TimeLimit = "1 h",
     picture: options.PictureOptions,
-    as_json: options.AsJson = False,
-) -> None:
+) -> Answer:
     """Show the amplitude spectrum of a force.
 
     A pressed chain of granules that are alike, or of two kinds in turn, also has the edges of its
@@ -327,15 +304,16 @@ def spectrum(
     from hertzchain.report.spectrum import plot_spectrum, print_spectrum
     from hertzchain.verdict.traces import gauge_of
 
-    check_files([scene], plot=picture.plot)
-    inches, loaded = picture.inches, options.load_scene(scene)
+    loaded = options.load_scene(scene)
     place = gauge_of(f"gauge_{gauge}" if gauge.isdecimal() else gauge, loaded, "--gauge")
-    limit = options.to_time_limit(time_limit)
-    with progress() as report_progress, compiling(report_progress):
-        backend = Native(time_limit=limit, wanted="all")
+    backend = Native(time_limit=options.to_time_limit(time_limit), wanted="all")
+    with working():
         result = spectrum_of(backend.run(loaded, times_of(loaded)), place)
-    show(as_json, result.to_dict, lambda console: print_spectrum(console, result))
-    write_file("Plot", picture.plot, lambda path: plot_spectrum(result, inches).write(path))
+    return Answer(
+        result.to_dict,
+        lambda console: print_spectrum(console, result),
+        [picture.picture(lambda size: plot_spectrum(result, size))],
+    )
 
 
 def spread(
@@ -351,29 +329,34 @@ def spread(
     ),
     rtol: float = typer.Option(1e-4, help="Wanted relative accuracy of each run."),
     time_limit: options.TimeLimitOfAll = "1 h",
-    output: Path | None = typer.Option(
-        None, "-o", "--output", help="Write the spread of all results (.csv, .parquet, .json)."
-    ),
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "-o", "--output", help="Write the spread of all results (.csv, .parquet, .json)."
+        ),
+        options.FileKind("result"),
+    ] = None,
     picture: options.PictureOptions,
     every: options.EveryContact = False,
-    as_json: options.AsJson = False,
-) -> None:
+) -> Answer:
     """Show what uncertain values do to the results.
 
     The scene is run many times, with values drawn from its [uncertainty] and [scatter].
     """
-    from hertzchain.report.files import check_format, write_result
+    from hertzchain.report.files import write_result
     from hertzchain.uncertainty import spread as spreads
     from hertzchain.uncertainty.shown import plot_spread, print_spread
 
-    check_format(output, "result")
-    check_files([scene], result=output, plot=picture.plot)
-    inches, loaded = picture.inches, options.load_scene(scene)
-    limit = options.to_time_limit(time_limit)
-    with progress() as report_progress, compiling(report_progress):
+    loaded, limit = options.load_scene(scene), options.to_time_limit(time_limit)
+    with working() as report_progress:
         results = spreads.spread(
             loaded, realisations, rtol=rtol, time_limit=limit, progress=report_progress
         )
-    show(as_json, results.to_dict, lambda console: print_spread(console, results, every))
-    write_file("Spread", output, lambda path: write_result(results, path))
-    write_file("Plot", picture.plot, lambda path: plot_spread(results, inches).write(path))
+    return Answer(
+        results.to_dict,
+        lambda console: print_spread(console, results, every),
+        [
+            Written("Spread", output, lambda path: write_result(results, path)),
+            picture.picture(lambda size: plot_spread(results, size)),
+        ],
+    )

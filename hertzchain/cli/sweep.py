@@ -16,17 +16,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from hertzchain.cli import options
-from hertzchain.cli.options import Size, by_name, to_inches
-from hertzchain.cli.output import (
-    DONE,
-    OUT_OF_TOLERANCE,
-    check_files,
-    compiling,
-    print_json,
-    progress,
-    say,
-    write_file,
-)
+from hertzchain.cli.output import DONE, OUT_OF_TOLERANCE, Answer, Written, say, working
 from hertzchain.engines.registry import ENGINES
 from hertzchain.errors import HertzchainError
 from hertzchain.limits import RTOL
@@ -60,7 +50,7 @@ class ScenesOptions:
         int | None,
         typer.Option(
             help="How many points to draw (scrambled Sobol sequence) from all ranges without a"
-            " count together.",
+            " count together."
         ),
     ] = None
     seed: Annotated[int, typer.Option(help="Seed of the points that are drawn.")] = 0
@@ -81,7 +71,7 @@ class ScenesOptions:
             raise HertzchainError("--vary or --table: name what varies by one of the two")
         if self.table is not None:
             return _read_table(self.table)
-        return by_name("--vary", self.vary or [], "shock.momentum_ratio=0.1:10:50:log")
+        return options.by_name("--vary", self.vary, "shock.momentum_ratio=0.1:10:50:log")
 
 
 @dataclass(frozen=True)
@@ -129,8 +119,7 @@ def sweep(
         metavar="OUT",
         help="Folder for the tables; an existing folder of the same sweep is resumed.",
     ),
-    as_json: options.AsJson = False,
-) -> None:
+) -> Answer:
     """Measure many scenes: a table with a row for each.
 
     A row has the parameters, p, F_SW, speed, the largest peak and the error. With a wall the row
@@ -149,7 +138,7 @@ def sweep(
     varied, begin = scenes.varied, time.perf_counter()
     options.remark_on_units_of(varied, loaded)
     is_native = any(backend.name == "native" for backend in backends)
-    with _going_on(output), _counting(is_native) as report_progress:
+    with _resumable(output), _counting(is_native) as report_progress:
         swept = measure(
             loaded,
             varied,
@@ -161,25 +150,21 @@ def sweep(
             scheduler=measuring.scheduler,
             progress=report_progress,
         )
-    counts = swept.count()
-    if as_json:
-        print_json(
-            {
-                "folder": str(output),
-                "rows": counts.done,
-                "failed": counts.failed,
-                "missed_accuracy": counts.missed,
-                "first_failure": counts.reason,
-                **({"cut_off": counts.cut_off} if counts.cut_off else {}),
-                **({"doubtful_overlap": counts.doubtful} if counts.doubtful else {}),
-                "wall_time_s": time.perf_counter() - begin,
-            }
-        )
-    else:
-        how = f'for pandas: read_parquet("{output / "scenes"}")'
-        typer.echo(f"{counts.done:,} rows in {output}, {how}")
-    _warn(counts, measuring.rtol)
-    raise typer.Exit(OUT_OF_TOLERANCE if counts.failed or counts.missed else DONE)
+    counts, wall_time = swept.count(), time.perf_counter() - begin
+    numbers = {
+        "folder": str(output),
+        "rows": counts.done,
+        "failed": counts.failed,
+        "missed_accuracy": counts.missed,
+        "first_failure": counts.reason,
+        **({"cut_off": counts.cut_off} if counts.cut_off else {}),
+        **({"doubtful_overlap": counts.doubtful} if counts.doubtful else {}),
+        "wall_time_s": wall_time,
+    }
+    said = f'{counts.done:,} rows in {output}, for pandas: read_parquet("{output / "scenes"}")'
+    status = OUT_OF_TOLERANCE if counts.failed or counts.missed else DONE
+    remarks = _remarks(counts, measuring.rtol)
+    return Answer(lambda: numbers, lambda _: typer.echo(said), remarks=remarks, status=status)
 
 
 def _read_table(path: Path) -> Any:
@@ -210,7 +195,7 @@ def _read_table(path: Path) -> Any:
 
 
 @contextmanager
-def _going_on(output: Path) -> Iterator[None]:
+def _resumable(output: Path) -> Iterator[None]:
     """Report, when a sweep is stopped, that the same command resumes it."""
     from hertzchain.sweeps.sweeping import Sweep
 
@@ -227,23 +212,22 @@ def _going_on(output: Path) -> Iterator[None]:
         raise
 
 
-def _warn(counts: Counts, rtol: float) -> None:
-    """Report rows without numbers, and rows less accurate than was asked for."""
+def _remarks(counts: Counts, rtol: float) -> list[str]:
+    """Return sentences on rows without numbers, less accurate ones, and those to be doubted."""
     from hertzchain.scene.scene import DOUBTFUL_OVERLAP
 
     rows = f"of {counts.done:,} rows"
-    if counts.failed:
-        why = f"have no numbers, the column failure says why; the first: {counts.reason}"
-        say(f"{counts.failed:,} {rows} {why}")
-    if counts.missed:
-        where = f"are less accurate: see the column {counts.error}"
-        say(f"wanted {rtol:g}, and {counts.missed:,} {rows} {where}")
-    if counts.cut_off:
-        what = "the run may have ended before the last peaks: see the column contacts_cut_off"
-        say(f"in {counts.cut_off:,} {rows} {what}, and set end_time in [run]")
-    if counts.doubtful:
-        what = f"the largest overlap is above {DOUBTFUL_OVERLAP:g} radii, where Hertz's law is an"
-        say(f"in {counts.doubtful:,} {rows} {what} extrapolation: see the column overlap_ratio")
+    remarks = {
+        f"{counts.failed:,} {rows} have no numbers, the column failure says why; the first:"
+        f" {counts.reason}": counts.failed,
+        f"wanted {rtol:g}, and {counts.missed:,} {rows} are less accurate: see the column"
+        f" {counts.error}": counts.missed,
+        f"in {counts.cut_off:,} {rows} the run may have ended before the last peaks: see the column"
+        " contacts_cut_off, and set end_time in [run]": counts.cut_off,
+        f"in {counts.doubtful:,} {rows} the largest overlap is above {DOUBTFUL_OVERLAP:g} radii,"
+        " where Hertz's law is an extrapolation: see the column overlap_ratio": counts.doubtful,
+    }
+    return [remark for remark, count in remarks.items() if count]
 
 
 @contextmanager
@@ -251,7 +235,7 @@ def _counting(is_native: bool) -> Iterator[Callable[[int, int], None]]:
     """Show how many rows of a sweep are done: continuously on a terminal, else now and then."""
     is_terminal = sys.stderr is not None and sys.stderr.isatty()
     next_line = 0.0  # at the first call
-    with progress() as report_progress, compiling(report_progress, is_native):
+    with working(is_native) as report_progress:
 
         def count(done: int, total: int) -> None:
             nonlocal next_line
@@ -294,15 +278,15 @@ def plot(
         metavar="NAME=VALUE",
         help="Draw only rows in which a parameter, or the backend, has this value; repeatable.",
     ),
-    output: Path | None = typer.Option(
-        None,
-        "-o",
-        "--output",
-        metavar="FILE",
-        help="Picture (png, pdf, svg). Default: OUT/plot.png.",
-    ),
-    size: Size = None,
-) -> None:
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "-o", "--output", metavar="FILE", help="Picture (png, pdf, svg). Default: OUT/plot.png."
+        ),
+        options.FileKind("plot"),
+    ] = None,
+    size: options.Size = None,
+) -> list[Written]:
     """Draw a sweep: a result over a parameter, or a map.
 
     Other parameters are a line for each value. Text below the picture names values that are not
@@ -313,13 +297,10 @@ def plot(
     from hertzchain.sweeps.sweeping import Sweep
 
     swept = Sweep.load(folder)
-    target = folder / "plot.png" if output is None else output
-    check_files([folder / "sweep.json"], plot=target)
-    fixed = by_name("--where", where or [], "shock.profile=cosine")
-    inches = to_inches(size) or SIZE
-    with progress() as report_progress:
+    fixed = options.by_name("--where", where, "shock.profile=cosine")
+    with working(is_native=False) as report_progress:
         report_progress(f"drawing {folder}")
-        drawn = draw(swept, x, y, colour, fixed, inches)
+        drawn = draw(swept, x, y, colour, fixed, options.to_inches(size) or SIZE)
     for remark in drawn.remarks:
         say(remark)
-    write_file("Plot", target, drawn.figure.write)
+    return [Written("Plot", output or folder / "plot.png", drawn.figure.write)]
