@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Sequence
-from dataclasses import fields, is_dataclass
+from dataclasses import is_dataclass
 from functools import wraps
-from inspect import Parameter, Signature, signature
+from inspect import Parameter, Signature, getdoc, signature
 from pathlib import Path
 from typing import Annotated, Any, get_type_hints
 
 import typer
 
-from hertzchain.cli import decks, doctor, lab, run, sweep
-from hertzchain.cli.options import FileKind
+from hertzchain.cli import decks, doctor, lab, options, run, sweep
 from hertzchain.cli.output import Answer, Written, write_files
 
 app = typer.Typer(
@@ -29,6 +29,22 @@ app = typer.Typer(
 OptionValue = Any
 """A value as Typer reads it."""
 
+_NAMES = {
+    "as_json": ["--json"],
+    "every": ["--all"],
+    "folder": ["-o", "--output"],
+    "kind": ["--from"],
+    "output": ["-o", "--output"],
+    "realisations": ["-n", "--realisations"],
+    "variables": ["--var"],
+}
+"""Options with other names than those of their parameters."""
+
+_FILES = {"plot": "plot", "report": "page", "traces": "traces"} | dict.fromkeys(
+    ("output", "fix", "junit"), ""
+)
+"""Options that name files to write, with their kind for ``check_format`` if it is always one."""
+
 
 def _version(wanted: bool) -> None:
     if wanted:
@@ -41,51 +57,45 @@ def _version(wanted: bool) -> None:
 @app.callback()
 def _options(
     version: Annotated[
-        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version.")
+        bool,
+        typer.Option("--version", callback=_version, is_eager=True, help="Print the version."),
     ] = False,
 ) -> None:
     pass
 
 
-_AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")]
-
-
 def _command(answering: Callable[..., Answer | Sequence[Written] | None]) -> Callable[..., None]:
-    """Return a command of a function: its options, those of its groups, and its answer.
+    """Return a command of a function.
 
-    A parameter that is a dataclass is a group: its fields are options. An answer can be printed as
-    JSON. Files that cannot be written are refused before the function is called.
+    Its arguments are the positional parameters, its options those by keyword; a parameter that is a
+    dataclass is a group of options, its fields. Their help is in the section ``Options`` of the
+    docstrings, or that of ``options``. An answer can also be printed as JSON. Files that cannot be
+    written are refused before the function is called.
     """
-    hints = get_type_hints(answering, include_extras=True)
+    hints = get_type_hints(answering)
     answer_type = hints.pop("return")
+    said, texts = _help_of(answering)
     groups: dict[str, Any] = {name: hint for name, hint in hints.items() if is_dataclass(hint)}
-    names = {name: [f.name for f in fields(group) if f.init] for name, group in groups.items()}
-    parameters = []
+    names = {name: [*signature(group).parameters] for name, group in groups.items()}
+    parameters: list[Parameter] = []
     for name, parameter in signature(answering).parameters.items():
-        options = [parameter.replace(annotation=hints[name])]
-        if name in groups:
-            of_fields = get_type_hints(groups[name], include_extras=True)
-            options = [
-                Parameter(
-                    field.name, Parameter.KEYWORD_ONLY, default=field.default,
-                    annotation=of_fields[field.name],
-                )
-                for field in fields(groups[name]) if field.init
-            ]  # fmt: skip
-        parameters += [option.replace(kind=Parameter.KEYWORD_ONLY) for option in options]
+        if name not in groups:
+            parameters.append(_option(parameter.replace(annotation=hints[name]), texts))
+            continue
+        of_group = signature(groups[name]).parameters
+        types = get_type_hints(groups[name])
+        of_fields = {k: v for base in groups[name].__mro__ for k, v in _help_of(base)[1].items()}
+        for option in names[name]:
+            by_keyword = of_group[option].replace(kind=Parameter.KEYWORD_ONLY)
+            parameters.append(_option(by_keyword.replace(annotation=types[option]), of_fields))
     if answer_type is Answer:
-        by_name_only = Parameter.KEYWORD_ONLY
-        parameters.append(Parameter("as_json", by_name_only, default=False, annotation=_AsJson))
-    kinds = {  # of files to write, by their options
-        option.name: mark.kind
-        for option in parameters
-        for mark in getattr(option.annotation, "__metadata__", ())
-        if isinstance(mark, FileKind)
-    }
+        as_json = Parameter("as_json", Parameter.KEYWORD_ONLY, default=False, annotation=bool)
+        parameters.append(_option(as_json, {}))
+    files = [option.name for option in parameters if option.name in _FILES]
 
     @wraps(answering)
     def run(**given: OptionValue) -> None:
-        _check_files(given, kinds)
+        _check_files(given, files)
         as_json = given.pop("as_json", False)
         for name, group in groups.items():
             given[name] = group(**{option: given.pop(option) for option in names[name]})
@@ -94,24 +104,49 @@ def _command(answering: Callable[..., Answer | Sequence[Written] | None]) -> Cal
             answer.give(as_json)
         write_files(answer or ())
 
+    run.__doc__ = said
     run.__signature__ = Signature(parameters)  # type: ignore[attr-defined]
     run.__annotations__ = {option.name: option.annotation for option in parameters}
     return run
 
 
-def _check_files(given: dict[str, OptionValue], kinds: dict[str, str]) -> None:
+def _help_of(documented: object) -> tuple[str, dict[str, tuple[str, str]]]:
+    """Return a docstring without its options, and metavar and help of each of these."""
+    said, _, section = (getdoc(documented) or "").partition("Options\n-------\n")
+    entries = re.split(r"^(\w+)(?: ([^:\n]+))?: ", section, flags=re.MULTILINE)[1:]
+    names, metavars, texts = entries[::3], entries[1::3], entries[2::3]
+    return said.strip(), {
+        name: (metavar, " ".join(text.split()))
+        for name, metavar, text in zip(names, metavars, texts, strict=True)
+    }
+
+
+def _option(parameter: Parameter, texts: dict[str, tuple[str, str]]) -> Parameter:
+    """Return a parameter as Typer reads it, with names, metavar and help."""
+    name, is_option = parameter.name, parameter.kind is Parameter.KEYWORD_ONLY
+    metavar, text = texts[name] if name in texts else _help_of(options)[1][name]
+    about = (
+        typer.Option(*_NAMES.get(name, [f"--{name}".replace("_", "-")]), metavar=metavar, help=text)
+        if is_option
+        else typer.Argument(metavar=metavar, help=text)
+    )
+    annotation = Annotated[parameter.annotation, about]  # type: ignore[name-defined]
+    return parameter.replace(kind=Parameter.KEYWORD_ONLY, annotation=annotation)
+
+
+def _check_files(given: dict[str, OptionValue], written: Sequence[str]) -> None:
     """Refuse files that cannot be written, or that are read, too."""
     from hertzchain.files import check_outputs
     from hertzchain.report.files import check_format
 
     read: list[Path] = []
-    for name in given.keys() - kinds:
+    for name in given.keys() - {*written}:
         values = given[name] if isinstance(given[name], list) else [given[name]]
         read += [value for value in values if isinstance(value, Path)]
-    check_outputs(read, [given[name] for name in kinds])
-    for name, kind in kinds.items():
-        if kind:
-            check_format(given[name], kind)
+    check_outputs(read, [given[name] for name in written])
+    for name in written:
+        if _FILES[name]:
+            check_format(given[name], _FILES[name])
 
 
 # --help lists the commands in this order.

@@ -9,7 +9,7 @@ from datetime import UTC, datetime
 from enum import StrEnum
 from importlib.metadata import version
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Literal
 
 import typer
 
@@ -31,30 +31,30 @@ LAMMPS, GRANULAR = Engine("lammps"), PairStyle("granular")
 
 
 def deck(
-    scene: options.SceneFile,
-    engine: Engine = typer.Option(LAMMPS, help="Code that runs the deck."),
-    output: options.TextFile = None,
-    rtol: float | None = typer.Option(
-        None,
-        help="Relative error of the peaks by the step. Default: 1e-6, with damped contacts 1e-4.",
-    ),
-    dt: options.LargestStep = None,
-    watch_every: int | None = typer.Option(
-        None,
-        metavar="STEPS",
-        help="Steps between two samples of the overlaps; 0: none, and no verdict. Default: 0.005"
-        " natural time units.",
-    ),
-    pair_style: PairStyle = typer.Option(GRANULAR, help="Pair style of LAMMPS for Hertz's law."),
-    dump_every: int = typer.Option(
-        0, metavar="STEPS", help="Steps between two states for OVITO; 0: none."
-    ),
+    scene: Path,
+    *,
+    engine: Engine = LAMMPS,
+    output: Path | None = None,
+    rtol: float | None = None,
+    dt: str | None = None,
+    watch_every: int | None = None,
+    pair_style: PairStyle = GRANULAR,
+    dump_every: int = 0,
 ) -> list[Written]:
     """Write a deck of a scene for LAMMPS, LIGGGHTS or Yade.
 
     The deck finds the peak forces by itself. A deck for LAMMPS compares them with the true ones and
     says PASS or FAIL; the others write peaks.csv for hertzchain judge. Pair style
     gran/hertz/history is for granules of one material, elastic or with viscoelastic damping.
+
+    Options
+    -------
+    engine: Code that runs the deck.
+    rtol: Relative error of the peaks by the step. Default: 1e-6, with damped contacts 1e-4.
+    watch_every STEPS: Steps between two samples of the overlaps; 0: none, and no verdict. Default:
+        0.005 natural time units.
+    pair_style: Pair style of LAMMPS for Hertz's law.
+    dump_every STEPS: Steps between two states for OVITO; 0: none.
     """
     from hertzchain.known import answer
 
@@ -81,14 +81,16 @@ def deck(
 
 
 def lint(
-    decks: list[Path] = typer.Argument(..., metavar="DECK", help="LAMMPS input files."),
-    variables: options.Variables = None,
-    time_limit: options.TimeLimit = "1 min",
+    decks: list[Path], *, variables: list[str] | None = None, time_limit: str = "1 min"
 ) -> Answer:
     """Find known traps in any LAMMPS deck of a chain.
 
     The status is 1 if there is one. Notes, on lost time or on what may be intended, leave the
     status at 0. LAMMPS reads the deck, and takes no step; without LAMMPS only the text is read.
+
+    Options
+    -------
+    decks DECK: LAMMPS input files.
     """
     from dataclasses import asdict
 
@@ -119,7 +121,7 @@ def lint(
     return Answer(to_dict, print_all, status=OUT_OF_TOLERANCE if is_wrong else DONE)
 
 
-def unit_test(scene: options.SceneFile, output: options.TextFile = None) -> list[Written]:
+def unit_test(scene: Path, *, output: Path | None = None) -> list[Written]:
     """Write a test of a scene for LAMMPS's own suite.
 
     The test has the wave or the impact of the scene, with its motion by Eq. 1. The file is of
@@ -146,33 +148,33 @@ def _printed_or_written(what: str, path: Path | None, text: str) -> list[Written
 
 @dataclass(frozen=True)
 class ReadingOptions:
-    """Options of how LAMMPS reads and runs a deck."""
+    """How LAMMPS reads and runs a deck."""
 
-    variables: options.Variables = None
-    lmp: options.LammpsBinary = None
-    time_limit: options.TimeLimit = "1 h"
+    variables: list[str] | None = None
+    lmp: str | None = None
+    time_limit: str = "1 h"
 
 
 def examine(
-    scene: options.SceneFile,
-    deck: Path = typer.Argument(..., metavar="DECK", help="LAMMPS input file."),
+    scene: Path,
+    deck: Path,
     *,
     reading: ReadingOptions,
-    tolerance: options.Tolerance = TOLERANCE,
-    strict: bool = typer.Option(
-        False, "--strict", help="Also fail differences that change no peak."
-    ),
+    tolerance: float = TOLERANCE,
+    strict: bool = False,
     shown: options.VerdictOptions,
-    fix: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="Write the deck with all proven corrections."),
-        options.FileKind(),
-    ] = None,
+    fix: Path | None = None,
 ) -> Answer:
     """Examine a LAMMPS deck of a scene, and say what to correct.
 
     Every number is examined, then the peaks. LAMMPS reads and runs the deck in a separate process;
     no file of the deck's own is written.
+
+    Options
+    -------
+    deck DECK: LAMMPS input file.
+    strict: Also fail differences that change no peak.
+    fix FILE: Write the deck with all proven corrections.
     """
     from hertzchain.examiner.examining import examine as examined
     from hertzchain.files import write_text
@@ -195,25 +197,12 @@ def examine(
 
 
 def certify(
-    lmp: list[str] | None = typer.Option(
-        None,
-        metavar="PROGRAM",
-        help="A LAMMPS binary of any version, liggghts or yade, repeatable; without one the lammps"
-        " module."
-        f" [env var: {options.LMP}]",
-    ),
-    suffix: Literal["omp", "kk", "intel", "gpu"] | None = typer.Option(
-        None, help="Accelerated styles, as LAMMPS's -sf chooses them."
-    ),
-    ranks: options.Ranks = None,
-    folder: Path | None = typer.Option(
-        None,
-        "-o",
-        "--output",
-        metavar="DIR",
-        help="Write decks, scenes, certify.json and certify.xml.",
-    ),
-    junit: options.Junit = None,
+    *,
+    lmp: list[str] | None = None,
+    suffix: Literal["omp", "kk", "intel", "gpu"] | None = None,
+    ranks: int | None = None,
+    folder: Path | None = None,
+    junit: Path | None = None,
 ) -> Answer:
     """Compare a build of LAMMPS, LIGGGHTS or Yade with native.
 
@@ -221,6 +210,13 @@ def certify(
     right to the steps (its difference is below their error), wrong by a stated amount, not
     supported by this code, or not tested: where a suffix has no such style, LAMMPS runs the plain
     one. Status 0: all that was tested is right; 1: a row is wrong; 2: rows could not run.
+
+    Options
+    -------
+    lmp PROGRAM: A LAMMPS binary of any version, liggghts or yade, repeatable; without one the
+        lammps module. [env var: HERTZCHAIN_LMP]
+    suffix: Accelerated styles, as LAMMPS's -sf chooses them.
+    folder DIR: Write decks, scenes, certify.json and certify.xml.
     """
     from hertzchain.files import make_folder, write_text
     from hertzchain.known.certificate import certify as measure

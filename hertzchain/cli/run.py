@@ -6,7 +6,7 @@ import shlex
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
 import typer
 
@@ -14,6 +14,7 @@ from hertzchain.cli import options
 from hertzchain.cli.output import DONE, OUT_OF_TOLERANCE, UNUSABLE, Answer, Written, working
 from hertzchain.engines.registry import ENGINES, compared_by_default
 from hertzchain.errors import HertzchainError, OutputError, require
+from hertzchain.files import check_outputs
 from hertzchain.limits import RTOL
 from hertzchain.scene.starters import STARTERS, files_of, write_starter
 
@@ -36,19 +37,18 @@ Wanted = StrEnum("Wanted", {"FIRST": "first", "ALL": "all"})
 """The forces for which the wanted accuracy holds."""
 
 
-def init(
-    path: Annotated[
-        Path,
-        typer.Argument(metavar="FILE", help="The scene file to write (TOML)."),
-        options.FileKind(),
-    ] = Path("scene.toml"),
-    kind: Starter = typer.Option(PULSE, "--from", help="Kind of the scene."),
-) -> None:
+def init(path: Path = Path("scene.toml"), *, kind: Starter = PULSE) -> None:
     """Write a commented scene file to start from.
 
     The command also says what to do next. "pulse-table" also writes a table next to it, to be
     replaced with a measured pulse.
+
+    Options
+    -------
+    path FILE: The scene file to write (TOML).
+    kind: Kind of the scene.
     """
+    check_outputs([], files_of(kind.value, path))
     if there := [file for file in files_of(kind.value, path) if file.exists()]:
         raise OutputError(f"{there[0]}: exists; name another file, or delete it")
     written = write_starter(kind.value, path)
@@ -58,28 +58,21 @@ def init(
 
 @dataclass(frozen=True)
 class AccuracyOptions:
-    """Options of how accurate a run is, and how long it may take."""
+    """How accurate a run is, and how long it may take.
 
-    rtol: Annotated[
-        float | None,
-        typer.Option(
-            help="Wanted relative accuracy of the peaks; chooses method and step. Default: 1e-6."
-        ),
-    ] = None
-    method: Annotated[
-        MethodName | None,
-        typer.Option(help="Instead of --rtol: a native method. The others have velocity-verlet."),
-    ] = None
-    dt: options.LargestStep = None
-    wanted: Annotated[
-        Wanted | None,
-        typer.Option(
-            help="Forces for which --rtol holds: the first pulse of each contact, or all peaks,"
-            " those of reflected waves included. Default: first with a striker, a wall, unlike"
-            " granules or gauges."
-        ),
-    ] = None
-    time_limit: options.TimeLimit = "1 h"
+    Options
+    -------
+    rtol: Wanted relative accuracy of the peaks; chooses method and step. Default: 1e-6.
+    method: Instead of --rtol: a native method. The others have velocity-verlet.
+    wanted: Forces for which --rtol holds: the first pulse of each contact, or all peaks, those of
+        reflected waves included. Default: first with a striker, a wall, unlike granules or gauges.
+    """
+
+    rtol: float | None = None
+    method: MethodName | None = None
+    dt: str | None = None
+    wanted: Wanted | None = None
+    time_limit: str = "1 h"
 
     def parameters(self, backend: str) -> dict[str, Any]:
         """Return the numerical parameters of an engine."""
@@ -120,45 +113,25 @@ class AccuracyOptions:
 
 @dataclass(frozen=True)
 class TableOptions:
-    """Options of the tables that a run writes."""
+    """The tables that a run writes.
 
-    output: Annotated[
-        Path | None,
-        typer.Option(
-            "-o",
-            "--output",
-            help="Write the peaks of all contacts (.csv, .parquet) or the whole result (.json);"
-            " with --record the motion (.csv, .parquet).",
-        ),
-        options.FileKind(),
-    ] = None
-    record: Annotated[
-        int | None,
-        typer.Option(
-            min=2,
-            metavar="N",
-            help="Record the motion at N times, equally spaced, for -o (displacement, velocity and"
-            " contact force of each granule), --plot, --report and --traces.",
-        ),
-    ] = None
-    traces: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FILE",
-            help="Write the force of each [[gauge]] over time, without static forces: time_s,"
-            " gauge_16_N, contact_10_N, wall_N, near_wall_N (.csv, .parquet), at the times of"
-            " --record, else at 500.",
-        ),
-        options.FileKind("traces"),
-    ] = None
-    pulses: Annotated[
-        bool,
-        typer.Option(
-            "--pulses",
-            help="Find all pulses of each contact and gauge, incident and reflected, by three"
-            " further runs. With -o pulses.csv their table is written.",
-        ),
-    ] = False
+    Options
+    -------
+    output: Write the peaks of all contacts (.csv, .parquet) or the whole result (.json); with
+        --record the motion (.csv, .parquet).
+    record N: Record the motion at N times, equally spaced, for -o (displacement, velocity and
+        contact force of each granule), --plot, --report and --traces.
+    traces FILE: Write the force of each [[gauge]] over time, without static forces: time_s,
+        gauge_16_N, contact_10_N, wall_N, near_wall_N (.csv, .parquet), at the times of --record,
+        else at 500.
+    pulses: Find all pulses of each contact and gauge, incident and reflected, by three further
+        runs. With -o pulses.csv their table is written.
+    """
+
+    output: Path | None = None
+    record: int | None = None
+    traces: Path | None = None
+    pulses: bool = False
 
     def check(self, scene: Scene, is_drawn: bool) -> None:
         """Refuse tables that the run will not have."""
@@ -166,7 +139,9 @@ class TableOptions:
         from hertzchain.scene.terms import NO_GAUGE
 
         is_recorded = is_drawn or self.output is not None or self.traces is not None
-        options.refuse_without_need(is_recorded, record=self.record)
+        options.refuse_without_need(is_recorded, record=self.record is not None)
+        allowed = "must be at least 2"
+        require(self.record is None or self.record >= 2, "--record", self.record, allowed)
         check_format(self.output, "motion" if self.record else "result")
         require(self.traces is None or bool(scene.gauges), "gauge", None, NO_GAUGE)
 
@@ -198,16 +173,21 @@ class TableOptions:
 
 
 def run(
-    scene: options.SceneFile,
+    scene: Path,
     *,
-    backend: options.Backend = typer.Option(options.NATIVE, help="Backend that simulates."),
+    backend: options.Backend = options.NATIVE,
     accuracy: AccuracyOptions,
     lammps: options.LammpsOptions,
     tables: TableOptions,
     shown: options.DocumentOptions,
-    every: options.EveryContact = False,
+    every: bool = False,
 ) -> Answer:
-    """Simulate a scene: peaks, p, F_SW, speed, pressure and error."""
+    """Simulate a scene: peaks, p, F_SW, speed, pressure and error.
+
+    Options
+    -------
+    backend: Backend that simulates.
+    """
     from hertzchain.engines.native.duration import with_end
     from hertzchain.report.contents import of_result
 
@@ -235,28 +215,26 @@ def run(
 
 
 def compare(
-    scene: options.SceneFile,
+    scene: Path,
     *,
-    backend: list[options.Backend] | None = typer.Option(
-        None, help="Backend to compare with the reference; repeatable. Default: native, lammps."
-    ),
+    backend: list[options.Backend] | None = None,
     lammps: options.LammpsOptions,
-    rtol: float | None = typer.Option(
-        None,
-        help="Wanted relative accuracy of the codes that are compared. Default: 1e-6, or 1e-4"
-        " where dashpots close at a speed.",
-    ),
-    as_written: bool = typer.Option(
-        False,
-        "--as-written",
-        help="Compare native with Eq. 1 as written, by SciPy, also where this takes"
-        " more than a second or two.",
-    ),
-    time_limit: options.TimeLimit = "1 h",
-    every: options.EveryContact = False,
+    rtol: float | None = None,
+    as_written: bool = False,
+    time_limit: str = "1 h",
+    every: bool = False,
     shown: options.VerdictOptions,
 ) -> Answer:
-    """Compare native, LAMMPS and the formulas, with a verdict."""
+    """Compare native, LAMMPS and the formulas, with a verdict.
+
+    Options
+    -------
+    backend: Backend to compare with the reference; repeatable. Default: native, lammps.
+    rtol: Wanted relative accuracy of the codes that are compared. Default: 1e-6, or 1e-4 where
+        dashpots close at a speed.
+    as_written: Compare native with Eq. 1 as written, by SciPy, also where this takes more than a
+        second or two.
+    """
     from hertzchain.engines.external.step_error import usual_accuracy
     from hertzchain.engines.native.duration import with_end
     from hertzchain.report.contents import document_of
@@ -286,7 +264,7 @@ def compare(
     return shown.answer(document_of(compared), scene, every=every)
 
 
-def predict(scene: options.SceneFile) -> Answer:
+def predict(scene: Path) -> Answer:
     """Predict peaks, p and F_SW without a simulation.
 
     They come from the formulas, a map of simulated peaks, and the exact solitary wave.
@@ -298,13 +276,14 @@ def predict(scene: options.SceneFile) -> Answer:
     return Answer(prediction.to_dict, lambda console: print_prediction(console, prediction))
 
 
-def timestep(
-    scene: options.SceneFile,
-    rtol: float = typer.Option(1e-3, help="Wanted relative error of the peaks."),
-) -> None:
+def timestep(scene: Path, *, rtol: float = 1e-3) -> None:
     """Find the longest time step of LAMMPS for a wanted accuracy.
 
     The step holds for any code that uses velocity Verlet.
+
+    Options
+    -------
+    rtol: Wanted relative error of the peaks.
     """
     from hertzchain.known.answer import deck_step
 
@@ -317,7 +296,7 @@ def timestep(
     )
 
 
-def tradeoff(scene: options.SceneFile, *, picture: options.PictureOptions) -> Answer:
+def tradeoff(scene: Path, *, picture: options.PictureOptions) -> Answer:
     """Measure error against cost of every method on a scene.
 
     This takes half a minute for 60 granules.

@@ -11,7 +11,7 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
 import typer
 
@@ -34,35 +34,26 @@ Source = StrEnum("Source", {name.upper(): name for name in _SWEEP_ENGINES})  # t
 
 @dataclass(frozen=True)
 class ScenesOptions:
-    """Options that say which scenes a sweep has."""
+    """Which scenes a sweep has.
 
-    vary: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="NAME=VALUES",
-            help="A parameter, as the scene file names it (segments by their numbers:"
-            " chain.segments.1.radius), and its values; repeatable. A,B,C: a list; LOW:HIGH:COUNT:"
-            " a grid; LOW:HIGH: drawn, see --samples; :log behind a range: by logarithms. With"
-            " units: chain.radius='1 mm:10 mm:5'. All are crossed.",
-        ),
-    ] = None
-    samples: Annotated[
-        int | None,
-        typer.Option(
-            help="How many points to draw (scrambled Sobol sequence) from all ranges without a"
-            " count together."
-        ),
-    ] = None
-    seed: Annotated[int, typer.Option(help="Seed of the points that are drawn.")] = 0
-    table: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FILE",
-            help="Instead of --vary: a table (.csv, .parquet) with one row for each scene, whose"
-            " columns are keys, also with a unit: chain.radius [mm]. Empty cells have the value of"
-            " the scene. A .csv may have semicolons and decimal commas.",
-        ),
-    ] = None
+    Options
+    -------
+    vary NAME=VALUES: A parameter, as the scene file names it (segments by their numbers:
+        chain.segments.1.radius), and its values; repeatable. A,B,C: a list; LOW:HIGH:COUNT: a grid;
+        LOW:HIGH: drawn, see --samples; :log behind a range: by logarithms. With units:
+        chain.radius='1 mm:10 mm:5'. All are crossed.
+    samples: How many points to draw (scrambled Sobol sequence) from all ranges without a count
+        together.
+    seed: Seed of the points that are drawn.
+    table FILE: Instead of --vary: a table (.csv, .parquet) with one row for each scene, whose
+        columns are keys, also with a unit: chain.radius [mm]. Empty cells have the value of the
+        scene. A .csv may have semicolons and decimal commas.
+    """
+
+    vary: list[str] | None = None
+    samples: int | None = None
+    seed: int = 0
+    table: Path | None = None
 
     @property
     def varied(self) -> Any:
@@ -76,24 +67,21 @@ class ScenesOptions:
 
 @dataclass(frozen=True)
 class MeasuringOptions:
-    """Options that say how the scenes of a sweep are measured."""
+    """How the scenes of a sweep are measured.
 
-    backend: Annotated[
-        list[Source] | None,
-        typer.Option(help="Backend that measures each scene; repeatable. Default: native."),
-    ] = None
-    rtol: Annotated[float, typer.Option(help="Wanted relative accuracy of the peaks.")] = RTOL
-    peaks: Annotated[bool, typer.Option("--peaks", help="Keep the peaks of all contacts, too.")] = (
-        False
-    )
-    scheduler: Annotated[
-        str | None,
-        typer.Option(
-            metavar="ADDRESS",
-            help="Measure on the workers of this Dask scheduler, not on this machine.",
-        ),
-    ] = None
-    time_limit: options.TimeLimit = "1 h"
+    Options
+    -------
+    backend: Backend that measures each scene; repeatable. Default: native.
+    rtol: Wanted relative accuracy of the peaks.
+    peaks: Keep the peaks of all contacts, too.
+    scheduler ADDRESS: Measure on the workers of this Dask scheduler, not on this machine.
+    """
+
+    backend: list[Source] | None = None
+    rtol: float = RTOL
+    peaks: bool = False
+    scheduler: str | None = None
+    time_limit: str = "1 h"
 
     @property
     def backends(self) -> list[Any]:
@@ -109,16 +97,7 @@ class MeasuringOptions:
 
 
 def sweep(
-    scene: options.SceneFile,
-    scenes: ScenesOptions,
-    measuring: MeasuringOptions,
-    output: Path = typer.Option(
-        ...,
-        "-o",
-        "--output",
-        metavar="OUT",
-        help="Folder for the tables; an existing folder of the same sweep is resumed.",
-    ),
+    scene: Path, *, scenes: ScenesOptions, measuring: MeasuringOptions, folder: Path
 ) -> Answer:
     """Measure many scenes: a table with a row for each.
 
@@ -127,18 +106,22 @@ def sweep(
 
     A sweep that was stopped or killed continues when it is started again. A scene that fails is a
     row with the reason.
+
+    Options
+    -------
+    folder OUT: Folder for the tables; an existing folder of the same sweep is resumed.
     """
     from hertzchain.sweeps.sweeping import sweep as measure
 
-    if output.suffix.lower() in (".csv", ".parquet"):
+    if folder.suffix.lower() in (".csv", ".parquet"):
         raise HertzchainError(
-            f"-o {output}: must be a folder; pandas.read_parquet reads the tables in it"
+            f"-o {folder}: must be a folder; pandas.read_parquet reads the tables in it"
         )
     backends, loaded = measuring.backends, options.load_scene(scene)
     varied, begin = scenes.varied, time.perf_counter()
     options.remark_on_units_of(varied, loaded)
     is_native = any(backend.name == "native" for backend in backends)
-    with _resumable(output), _counting(is_native) as report_progress:
+    with _resumable(folder), _counting(is_native) as report_progress:
         swept = measure(
             loaded,
             varied,
@@ -146,13 +129,13 @@ def sweep(
             seed=scenes.seed,
             backends=backends,
             peaks=measuring.peaks,
-            output=output,
+            output=folder,
             scheduler=measuring.scheduler,
             progress=report_progress,
         )
     counts, wall_time = swept.count(), time.perf_counter() - begin
     numbers = {
-        "folder": str(output),
+        "folder": str(folder),
         "rows": counts.done,
         "failed": counts.failed,
         "missed_accuracy": counts.missed,
@@ -161,7 +144,7 @@ def sweep(
         **({"doubtful_overlap": counts.doubtful} if counts.doubtful else {}),
         "wall_time_s": wall_time,
     }
-    said = f'{counts.done:,} rows in {output}, for pandas: read_parquet("{output / "scenes"}")'
+    said = f'{counts.done:,} rows in {folder}, for pandas: read_parquet("{folder / "scenes"}")'
     status = OUT_OF_TOLERANCE if counts.failed or counts.missed else DONE
     remarks = _remarks(counts, measuring.rtol)
     return Answer(lambda: numbers, lambda _: typer.echo(said), remarks=remarks, status=status)
@@ -252,55 +235,42 @@ def _counting(is_native: bool) -> Iterator[Callable[[int, int], None]]:
 
 
 def plot(
-    folder: Path = typer.Argument(
-        ..., metavar="OUT", help="Folder that hertzchain sweep -o wrote, complete or not."
-    ),
-    x: str = typer.Option(
-        ...,
-        "--x",
-        metavar="NAME",
-        help="A column of numbers, such as shock.momentum_ratio; the section may be left out."
-        " contact: along the chain, of a sweep with --peaks.",
-    ),
-    y: str = typer.Option(
-        ...,
-        "--y",
-        metavar="NAME",
-        help="Another column: a result, for lines or points; a parameter that varies, for a map.",
-    ),
-    colour: str | None = typer.Option(
-        None,
-        metavar="NAME",
-        help="Column that colours show; in a map the result. Default: the backend, if several.",
-    ),
-    where: list[str] | None = typer.Option(
-        None,
-        metavar="NAME=VALUE",
-        help="Draw only rows in which a parameter, or the backend, has this value; repeatable.",
-    ),
-    output: Annotated[
-        Path | None,
-        typer.Option(
-            "-o", "--output", metavar="FILE", help="Picture (png, pdf, svg). Default: OUT/plot.png."
-        ),
-        options.FileKind("plot"),
-    ] = None,
-    size: options.Size = None,
+    sweep: Path,
+    *,
+    x: str,
+    y: str,
+    colour: str | None = None,
+    where: list[str] | None = None,
+    output: Path | None = None,
+    size: str | None = None,
 ) -> list[Written]:
     """Draw a sweep: a result over a parameter, or a map.
 
     Other parameters are a line for each value. Text below the picture names values that are not
     shown, without numbers or with further variations. An axis is logarithmic if its parameter was
     swept with :log, or if the drawn values span more than two decades.
+
+    Options
+    -------
+    sweep OUT: Folder that hertzchain sweep -o wrote, complete or not.
+    x NAME: A column of numbers, such as shock.momentum_ratio; the section may be left out. contact:
+        along the chain, of a sweep with --peaks.
+    y NAME: Another column: a result, for lines or points; a parameter that varies, for a map.
+    colour NAME: Column that colours show; in a map the result. Default: the backend, if several.
+    where NAME=VALUE: Draw only rows in which a parameter, or the backend, has this value;
+        repeatable.
+    output FILE: Picture (png, pdf, svg). Default: OUT/plot.png.
     """
+    from hertzchain.report.files import check_format
     from hertzchain.sweeps.drawing import SIZE, draw
     from hertzchain.sweeps.sweeping import Sweep
 
-    swept = Sweep.load(folder)
+    check_format(output, "plot")
+    swept = Sweep.load(sweep)
     fixed = options.by_name("--where", where, "shock.profile=cosine")
     with working(is_native=False) as report_progress:
-        report_progress(f"drawing {folder}")
+        report_progress(f"drawing {sweep}")
         drawn = draw(swept, x, y, colour, fixed, options.to_inches(size) or SIZE)
     for remark in drawn.remarks:
         say(remark)
-    return [Written("Plot", output or folder / "plot.png", drawn.figure.write)]
+    return [Written("Plot", output or sweep / "plot.png", drawn.figure.write)]
