@@ -29,7 +29,6 @@ run scene.toml --backend yade => yade is missing or not a program: install it wi
 run scene.toml --backend liggghts --method rk4 => has only velocity-verlet
 run scene.toml -o peaks.xls => peaks.xls; .csv; .parquet
 run scene.toml --record 20 => --record; -o, --plot, --report
-run scene.toml --uncertainty 16 => is a command of its own: hertzchain spread scene.toml -n 16
 spread scene.toml => nothing is uncertain: add [uncertainty] or [scatter]
 spread scene.toml -n 5 => realisations = 5: must be an integer from 16
 spread scene.toml -o a.xls => a.xls; .csv; .parquet

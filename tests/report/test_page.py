@@ -16,7 +16,7 @@ from matplotlib.axes import Axes
 
 import hertzchain as hc
 import validation.run_all
-from hertzchain.report.documents import of_comparison
+from hertzchain.report.contents import of_comparison
 from hertzchain.report.figures import figure_of
 from hertzchain.report.files import drawn_contacts, plot_times
 from hertzchain.report.page import page_of
