@@ -8,8 +8,6 @@ import re
 import warnings
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
-from functools import cache
-from importlib import resources
 from numbers import Integral
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -244,69 +242,28 @@ def check_granules(name: str, granules: float) -> None:
     require(granules <= MOST_GRANULES, name, granules, allowed)
 
 
-_BITS = 30
-"""Binary digits of a point, as many as SciPy's have."""
-
-
 def sobol_points(dimensions: int, seed: int, numbers: NDArray[np.int64]) -> FloatArray:
-    """Return points of a scrambled Sobol sequence, from 0 to 1, shape (points, dimensions).
-
-    They are the same as those of ``scipy.stats.qmc.Sobol``, which computes them in more dimensions
-    than ``directions.txt`` has.
+    """Return points of a scrambled Sobol sequence of SciPy, shape (points, dimensions).
 
     Parameters
     ----------
     dimensions
-        Number of coordinates, 1 to 21,201.
+        Number of coordinates, from 0 to 1 each; 1 to 21,201.
     seed
-        Seed of the scrambling: linear matrices and a digital shift.
+        Seed of the scrambling.
     numbers
         Which points, counted from 0, shape (points,).
     """
-    if dimensions > len(_directions()):
-        from scipy.stats import qmc
+    from scipy.stats import qmc
 
+    engine, points = qmc.Sobol(dimensions, seed=seed), []
+    places, order = np.unique(numbers, return_inverse=True)
+    for run in np.split(places, np.flatnonzero(np.diff(places) > 1) + 1):
+        if left_out := int(run[0]) - engine.num_generated:
+            engine.fast_forward(left_out)
         with warnings.catch_warnings(action="ignore", category=UserWarning):  # not a power of two
-            every = qmc.Sobol(dimensions, seed=seed).random(int(np.max(numbers)) + 1)
-        return np.asarray(every[numbers])
-    directions, shift = _scrambled(dimensions, seed)
-    gray = numbers ^ numbers >> 1
-    points = np.tile(shift, (numbers.size, 1))
-    for bit in range(_BITS):
-        points[(gray >> bit & 1) == 1] ^= directions[:, bit]
-    return points / 2.0**_BITS
-
-
-def _scrambled(dimensions: int, seed: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return scrambled direction numbers, (dimensions, bits), and the shifts, (dimensions,)."""
-    random, places = np.random.default_rng(seed), np.arange(_BITS)
-
-    def bits(*shape: int) -> NDArray[Any]:
-        return random.integers(2, size=(dimensions, *shape), dtype=np.uint32).astype(np.int64)
-
-    shift = bits(_BITS) @ (1 << places)
-    matrix = np.tril(bits(_BITS, _BITS))
-    matrix[:, places, places] = 1
-    digits = np.array(_directions()[:dimensions])[..., np.newaxis] >> places[::-1] & 1
-    return (digits @ matrix.transpose(0, 2, 1) & 1) @ (1 << places[::-1]), shift
-
-
-@cache
-def _directions() -> list[list[int]]:
-    """Return the direction numbers of each dimension, by the recurrence of Bratley and Fox."""
-    text = resources.files(__package__).joinpath("directions.txt").read_text("ascii")
-    every = [[1] * _BITS]
-    for line in text.splitlines()[3:]:
-        polynomial, *numbers = map(int, line.split())
-        degree = len(numbers)
-        for _ in range(_BITS - degree):
-            number = numbers[-degree]
-            for k in range(1, degree + 1):
-                if polynomial >> degree - k & 1:
-                    number ^= numbers[-k] << k
-            numbers.append(number)
-        every.append(numbers)
-    return [[number << _BITS - 1 - k for k, number in enumerate(row)] for row in every]
+            points.append(engine.random(run.size))
+    return np.concatenate(points)[order]
 
 
 _OF_ELASTIC = {f"{wall}.{key}" for wall in WALLS for key in ("young_modulus", "poisson_ratio")}
