@@ -18,14 +18,13 @@ from hertzchain.arrays import FloatArray
 from hertzchain.errors import SceneError, require
 from hertzchain.scene.arguments import checked
 from hertzchain.scene.file import key_named, sections_of
-from hertzchain.scene.keys import Key, keys_of, to_si
+from hertzchain.scene.keys import Key, to_si
 from hertzchain.scene.scene import Scene, SceneLike, to_scene
 from hertzchain.sweeps.columns import (
-    ALL,
     OTHER_MEASURE,
-    PARAMETERS,
     WALLS,
     Column,
+    are_plain,
     base_values,
     changed,
     columns_of,
@@ -45,7 +44,6 @@ Value = float | int | str
 
 
 def _key(name: str) -> Key:
-    """Return the key of a parameter in a scene file."""
     key = key_named(name)
     assert key is not None, name
     return key
@@ -146,11 +144,10 @@ def axes_of_table(table: pandas.DataFrame, full: Callable[[str], str]) -> tuple[
             try:
                 values[cell] = _value(name, cell, unit)
             except SceneError as problem:
-                rows = (1 + np.flatnonzero((cells == cell).fillna(False).to_numpy(bool))).astype(
-                    str
-                )
-                more = f" and {rows.size - _FEW} more" if rows.size > _FEW else ""
-                listed = f"row{'s'[: rows.size - 1]} {', '.join(rows[:_FEW])}{more}"
+                is_same = (cells == cell).fillna(False)
+                rows = [str(k) for k, same in enumerate(is_same, 1) if same]
+                more = f" and {len(rows) - _FEW} more" if len(rows) > _FEW else ""
+                listed = f"row{'s'[: len(rows) - 1]} {', '.join(rows[:_FEW])}{more}"
                 problems.append((problem, listed))
         empty, kind = ("", str) if _key(name).kind == "str" else (np.nan, float)
         if not problems:
@@ -292,17 +289,12 @@ class Design:
     @property
     def are_plain(self) -> bool:
         """True if no scene can have terms."""
-        are_plain = all(axis.name in PARAMETERS for axis in self.axes)
-        of_shock = {f"shock.{key}" for key in keys_of(type(self.base.shock)) if key != "granule"}
-        free = self.base.is_plain and not self.base.gauges and of_shock <= {*PARAMETERS}
-        return are_plain and free and self.base.chain.section is None
+        return are_plain(self.base, self.names)
 
     @property
     def columns(self) -> tuple[Column, ...]:
         """The columns of the table."""
-        if self.are_plain:
-            return ALL
-        return columns_of(sections_of(self.base), self.names)
+        return columns_of(self.base, self.names)
 
     @property
     def sampled(self) -> tuple[Axis, ...]:
