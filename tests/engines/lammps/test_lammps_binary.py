@@ -22,9 +22,8 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.cli.doctor import diagnose
-from hertzchain.engines.lammps.binary import find_mpiexec, look
 from hertzchain.engines.lammps.dialect import PAIR_STYLES
-from hertzchain.engines.lammps.engine import look as look_at_module
+from hertzchain.engines.lammps.engine import binary_build, find_mpiexec, module_build
 from hertzchain.errors import BackendMissing, HertzchainError, RunFailed, StepUnstable, TooExpensive
 from hertzchain.limits import Deadline
 from hertzchain.verdict.generated_deck import number_checks
@@ -73,7 +72,7 @@ def _nothing_is_left(temporary: Path) -> Iterator[None]:
 @cache
 def tolerance(lmp: str) -> float:
     """The module's own version gives every bit; 2.4e-13 measured in others, from 2021 on."""
-    return 0.0 if look(lmp, Deadline(60)).version == look_at_module()[0] else 1e-12
+    return 0.0 if binary_build(lmp, Deadline(60)).version == module_build().version else 1e-12
 
 
 JUMPS = hc.PulseTable((1e-5, 2e-5, 5e-5, 6e-5), (40.0, 100.0, 0.0, 70.0))
@@ -130,7 +129,7 @@ def test_the_numbers_are_those_of_the_module(
     assert (result.backend, result.method, result.steps) == (
         "lammps", expected.method, expected.steps
     )  # fmt: skip
-    assert result.versions["lammps"] == look(lmp, Deadline(60)).version
+    assert result.versions["lammps"] == binary_build(lmp, Deadline(60)).version
     if tolerance(lmp) == 0:
         assert result.balance == expected.balance
 
@@ -310,7 +309,7 @@ def test_a_full_disk_is_one_sentence(
 @pytest.mark.parametrize("before", [None, "/some/where"])
 def test_the_module_does_not_change_what_a_binary_is_started_with(before: str | None) -> None:
     code = (
-        "import os; from hertzchain.engines.lammps.engine import look; look();"
+        "import os; from hertzchain.engines.lammps.engine import module_build; module_build();"
         "print(os.environ.get('LD_LIBRARY_PATH'))"
     )
     variables = {name: value for name, value in os.environ.items() if name != "LD_LIBRARY_PATH"}
@@ -445,7 +444,7 @@ def test_the_environment_names_the_binary(
     is_refused(hertzchain(*run), "hertzchain: /no/lmp is missing or not a program: ")
     assert peaks("--lmp", BESIDE_PYTHON) == expected
     # Neither Python nor the native backend look there.
-    assert hc.Lammps(1e-7).run(SHORT).versions["lammps"] == look_at_module()[0]
+    assert hc.Lammps(1e-7).run(SHORT).versions["lammps"] == module_build().version
     assert hertzchain("run", "scene.toml", "--method", "rk4").status == 0
     monkeypatch.setenv("HERTZCHAIN_LMP", "")
     assert peaks() == expected
@@ -463,7 +462,7 @@ def test_the_doctor_looks_at_a_binary(
     assert (done.status, done.err) == (0, "")
     (good,) = [line for line in done.out.splitlines() if f"LAMMPS {BESIDE_PYTHON}:" in line]
     assert good.startswith("ok    ")
-    assert look_at_module()[0] in good
+    assert module_build().version in good
     assert ", ranks by " in good
     # A named binary must work.
     broken = program(tmp_path / "lmp_broken", "exit 0")

@@ -24,8 +24,7 @@ from numpy.typing import NDArray
 from hertzchain.arrays import FloatArray, Quantity
 from hertzchain.engines.external.program import work_folder
 from hertzchain.engines.lammps import deck
-from hertzchain.engines.lammps.binary import Program
-from hertzchain.engines.lammps.engine import Child, Task, engine
+from hertzchain.engines.lammps.engine import Child, Program, Task, engine
 from hertzchain.engines.lammps.reading.deck import Executed, FoundDeck, FoundRun, FoundWall, scaled
 from hertzchain.engines.lammps.reading.probing import Granules, Probes, Sizes, probe
 from hertzchain.engines.lammps.reading.session import Module, Piped, Session
@@ -63,8 +62,6 @@ _VARIABLE = re.compile(r"ERROR: Variable (\w+):(?!.* before simulation box)")
 
 _BEFORE_NAMES = r"v_|py_|\$\{?|[Vv]ariable |name |reference "  # in commands and in LAMMPS's errors
 
-_HIDDEN = "LAMMPS stops here; why is not shown, as it reads a file outside the deck's folder"
-
 _MOST_NESTED_FILES = 15  # files that include one another, as in LAMMPS itself
 
 
@@ -77,7 +74,6 @@ class _Open:
     """A file that is read, and the next line."""
 
     name: str  # as the deck names it
-    path: Path
     lines: list[Line]
     next: int = 0
 
@@ -135,8 +131,6 @@ class Interpreter:
             if self.here is None or str(problem).startswith(f"{self.here.file}:"):
                 raise
             place = f"{self.here.file}:{self.here.line}"
-            if self._is_outside or self._rules.reads_outside:
-                raise type(problem)(f"{place}: {_HIDDEN}") from None
             if why := self._unset_in(f"{self.here.text} {problem}"):
                 raise RunFailed(f"{place}: {why}") from None
             to_blame = self._variable_in(str(problem)) or self.here
@@ -145,11 +139,6 @@ class Interpreter:
             if self.here.text.startswith("minimize"):  # which takes no steps in time
                 said = said.split("; the step is too long", maxsplit=1)[0]
             raise type(problem)(f"{place}: {said}") from None
-
-    @property
-    def _is_outside(self) -> bool:
-        """Whether the current file is outside the folder of the deck."""
-        return bool(self._files) and self._rules.is_outside(self._files[-1].path)
 
     def _unset_in(self, said: str) -> str:
         """Return advice on a variable without a value in an error message; empty without one."""
@@ -187,7 +176,7 @@ class Interpreter:
         except (OSError, ValueError) as problem:
             reason = getattr(problem, "strerror", None) or problem
             raise RunFailed(f"{name}: cannot be read ({reason})") from None
-        return _Open(name, path, edited(in_ascii(text), name, self._edits))
+        return _Open(name, edited(in_ascii(text), name, self._edits))
 
     def _one(self, text: str, where: Executed) -> None:
         """Carry out one command, which may stand in quotes within another one."""
@@ -196,8 +185,7 @@ class Interpreter:
             return
         self.here = where
         # Characters of a command in messages
-        said = "" if self._is_outside else shown(text)[:200]
-        self._tell(f"{where.file}:{where.line}: {said}")
+        self._tell(f"{where.file}:{where.line}: {shown(text)[:200]}")
         if len(self.commands) >= _MOST_COMMANDS:
             raise RunFailed(
                 f"the deck is not over after {_MOST_COMMANDS} commands: it seems to have no end"
@@ -221,8 +209,6 @@ class Interpreter:
             getattr(self, f"_{name}")(values, index, where)
             return
         given, why_not = self._rules.decide([name, *values])
-        if why_not is not None and self._is_outside:
-            text, where = name, replace(where, written=name)
         index = self._note(
             replace(where, text=shown(text), carried_out=given is not None, why_not=why_not)
         )
@@ -360,14 +346,9 @@ def _value_of(keyword: str, value: str) -> str:
     """Return the value of a keyword of ``run`` as LAMMPS takes it; RunFailed for any other."""
     if keyword in ("start", "stop"):
         return str(steps_of(value))
-    if value not in _YES_OR_NO:
+    if value not in ("yes", "no"):
         raise RunFailed(f"run {keyword} {value} is neither yes nor no")
-    return _YES_OR_NO[value]
-
-
-_YES_OR_NO = {
-    **dict.fromkeys(("yes", "on", "true"), "yes"), **dict.fromkeys(("no", "off", "false"), "no"),
-}  # fmt: skip
+    return value
 
 
 def _need(values: list[str], least: int, name: str) -> None:
@@ -389,12 +370,11 @@ def contents_of(probes: Probes, seen: Watched, applied: Applied, backwards: bool
     def vectors(values: FloatArray) -> FloatArray:
         return np.asarray(turned(values, 0) * np.array([sign, 1.0, 1.0]))
 
-    origin = granules.position[-1 if backwards else 0, 0]
-
     def of(source: object, change: Callable[[Quantity], Quantity], *names: str) -> dict[str, Any]:
         return {name: change(getattr(source, name)) for name in names}
 
-    end = -1 if backwards else 0
+    end, along = -1 if backwards else 0, granules.axes[0]
+    origin = granules.position[end, 0]
     peaks, order = seen.peaks[int(backwards)], granules.order
     led = slice(None) if seen.driven[end] else slice(0)
     sideways = granules.position[:, 1:] - np.median(granules.position[:, 1:], axis=0)
@@ -405,9 +385,9 @@ def contents_of(probes: Probes, seen: Watched, applied: Applied, backwards: bool
         **of(granules, vectors, "velocity", "spin"),
         **of(probes, turned, "overlap", "contact_force", "closing", "damped_overlap",
              "damped_force", "tangential_force", "drag"),
-        units=granules.units.name, is_chain=granules.is_chain, axis=_axis(granules.frame[0]),
-        direction=sign * granules.frame[0], reversed=backwards, ids=turned(granules.ids[order]),
-        origin=granules.position[end] @ granules.frame,
+        units=granules.units.name, is_chain=granules.is_chain, axis="xyz"[along],
+        direction=sign * np.eye(3)[along], reversed=backwards, ids=turned(granules.ids[order]),
+        origin=granules.position[end][np.argsort(granules.axes)],
         position=turned(sign * (granules.position[:, 0] - origin)), sideways=turned(sideways, 0),
         constant_force=vectors(applied.constant),
         walls=tuple(_wall(wall, backwards, origin) for wall in probes.walls),
@@ -428,12 +408,6 @@ def contents_of(probes: Probes, seen: Watched, applied: Applied, backwards: bool
         final_velocity=sign * turned(seen.velocity), remarks=_remarks(seen, probes),
     )  # fmt: skip
     return scaled(deck, granules.units)
-
-
-def _axis(direction: FloatArray) -> str:
-    """Return the name of an axis."""
-    first = int(np.argmax(np.abs(direction)))
-    return "xyz"[first] if abs(direction[first]) == 1 else "a diagonal"
 
 
 def _is_reversed(probes: Probes, seen: Watched, applied: Applied, scene: Scene) -> bool:
@@ -500,7 +474,7 @@ def _misfit(granules: Granules, scene: Scene, step: int) -> float:
 
 def _image_gap(probes: Probes) -> float | None:
     granules = probes.granules
-    if not granules.periodic[0]:
+    if granules.boundary[0] != "p":
         return None
     length = float(granules.high[0] - granules.low[0])
     extent = float(granules.position[-1, 0] - granules.position[0, 0])

@@ -311,19 +311,19 @@ Given = tuple[list[str] | None, str | None]
 class Rules:
     """Decides which commands LAMMPS is given; remembers what was left out.
 
-    Files to be read are searched in several folders, in order: LAMMPS searches the working folder
-    only, but users also mean the folder of the deck, which is the last one here.
+    Files to be read are searched in several folders, in order, and nowhere else, so that no message
+    shows text from outside: LAMMPS searches the working folder only, but users also mean the folder
+    of the deck.
     """
 
     folders: tuple[Path, ...]
     missing: set[str] = field(default_factory=set)  # fixes
     unset: dict[str, str] = field(default_factory=dict)  # variables, and why
     restarted: bool = False  # whether the pair style is one that a restart file names
-    reads_outside: bool = False  # whether the last command reads a file that is not the deck's
 
     def decide(self, words: list[str]) -> Given:
         """Return the command to give (or None), and why it was changed; RunFailed to refuse it."""
-        name, self.reads_outside = words[0], False
+        name = words[0]
         if name in _LEFT_OUT:
             return None, _LEFT_OUT[name]
         if not name.replace("_", "").replace("/", "").isalnum():
@@ -356,21 +356,20 @@ class Rules:
         return special[name](words) if name in special else (words, None)
 
     def path(self, name: str) -> Path:
-        """Return the path of a file that the deck names."""
+        """Return the path of a file that the deck names; RunFailed if it may not be read."""
         # No error for a link that leads to itself, or for an unknown user.
         user = os.path.expanduser(name)  # noqa: PTH111
         paths = [Path(os.path.realpath(folder / user)) for folder in self.folders]
-        return next((path for path in paths if path.is_file()), paths[-1])
-
-    def is_outside(self, path: Path) -> bool:
-        """Whether a file is not in the deck's folder, or in one below."""
-        return not path.is_relative_to(os.path.realpath(self.folders[-1]))
+        path = next((path for path in paths if path.is_file()), None)
+        if path is None:
+            raise RunFailed(f"{name}: cannot be read (no such file)")
+        if not any(path.is_relative_to(os.path.realpath(folder)) for folder in self.folders):
+            raise RunFailed(f"{name}: is not in the folder of the deck: copy it there")
+        return path
 
     def _file(self, name: str) -> str:
         """Return the path of a file for LAMMPS; RunFailed if LAMMPS must not read it."""
         path = self.path(name)
-        if not path.is_file():
-            raise RunFailed(f"{name}: cannot be read (no such file)")
         if not str(path).translate(_OF_NAMES).isalnum():
             raise RunFailed(
                 f"{name}: LAMMPS is given no file with {str(path)!r} as its name: letters, digits,"
@@ -378,7 +377,6 @@ class Rules:
             )
         if path.name.endswith(_COMPRESSED):
             raise _compressed(name)
-        self.reads_outside |= self.is_outside(path)
         return str(path)
 
     def _reads(self, words: list[str]) -> Given:
@@ -422,11 +420,7 @@ class Rules:
             return _formatted(words)
         if style not in ("file", "atomfile"):
             return words, None
-        files = [*map(self._file, values[:1])]
-        if self.reads_outside:
-            self.reads_outside = False  # this message may be shown
-            raise RunFailed(f"{values[0]}: is not in the folder of the deck: copy it there")
-        return [*words[:3], *files, *values[1:]], None
+        return [*words[:3], *map(self._file, values[:1]), *values[1:]], None
 
 
 _OF_NAMES = dict.fromkeys(map(ord, "._-+/ "), "a")

@@ -404,7 +404,7 @@ class Watcher(Playing):
         """
         granules, lammps = self.probes.granules, self.lammps
         taken = np.zeros(granules.count, bool)
-        along = int(np.argmax(np.abs(granules.frame[0])))
+        along = granules.axes[0]
         for fix in self.lammps.alive.values():
             inside = members(lammps, fix.group, granules)
             if fix.style == "freeze":

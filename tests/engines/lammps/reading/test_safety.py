@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import hertzchain as hc
-from hertzchain.engines.lammps.binary import look
+from hertzchain.engines.lammps.engine import binary_build
 from hertzchain.engines.lammps.reading.deck import FoundDeck, units_of
 from hertzchain.engines.lammps.reading.text import Rules, command_of, quoted, words_of
 from hertzchain.errors import BackendMissing, RunFailed, TooExpensive
@@ -45,7 +45,7 @@ RARELY_WRONG: dict[str, tuple[str, str | None, str]] = {
         "run 9\nunfix push\nrun 9 pre no",
         "in.mine:28: with pre no LAMMPS takes no note",
     ),
-    "no end": ("include /dev/zero", None, "larger than 10 MB"),
+    "no end": ("include /dev/zero", None, "cannot be read (no such file)"),
     "no step": ("", "run 0", "takes no step"),
     "no granules": ("delete_atoms group all", None, "has made no granules"),
 }
@@ -256,7 +256,7 @@ def test_a_wall_of_hertz_material_is_wrong_on_lammps_before_2023(lmp: str, tmp_p
     """It takes E/(2(1-nu)) there in place of E/(2(1-nu^2)): 1 + nu times the stiffness."""
     scene = replace(SCENE, wall=hc.Wall("same"), run=hc.Run(end_time=2e-4))
     path = Deck(more=WALL_OF_MATERIAL, steps=2000).write(tmp_path)
-    version = look(lmp, Deadline(60)).version
+    version = binary_build(lmp, Deadline(60)).version
     of_2022 = version < "2023"
     examined = hc.examine(scene, path, lmp=lmp)
     assert examined.verdict == ("fail" if of_2022 else "pass")
