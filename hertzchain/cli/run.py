@@ -233,7 +233,7 @@ def compare(
     shown: options.VerdictOptions,
 ) -> None:
     """Compare native, LAMMPS and the formulas, with a verdict."""
-    from hertzchain.engines.external.step_error import usual_accuracy
+    from hertzchain.engines.external.accuracy import usual_accuracy
     from hertzchain.engines.native.duration import with_end
     from hertzchain.report.documents import of_comparison
     from hertzchain.report.files import plot_times

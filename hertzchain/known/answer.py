@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
+from hertzchain.engines.external.accuracy import NONE, Softening, predicted_loss, softening
 from hertzchain.engines.external.engine import ProgramEngine
-from hertzchain.engines.external.rescaling import NONE, Softening, predicted_loss, softening
 from hertzchain.engines.external.terms import wall_position
 from hertzchain.engines.lammps.deck import chain, leg_commands, refuse_pair_style, start
 from hertzchain.engines.lammps.dialect import NO_STEP, oldest, write_dump

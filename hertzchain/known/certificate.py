@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 
 from hertzchain.engines import registry
+from hertzchain.engines.external.accuracy import softening
 from hertzchain.engines.external.engine import ProgramEngine
 from hertzchain.engines.external.observation import Observation, Simulation
-from hertzchain.engines.external.rescaling import softening
 from hertzchain.engines.lammps.backend import Binary
 from hertzchain.engines.lammps.engine import Program
 from hertzchain.engines.native.backend import Native

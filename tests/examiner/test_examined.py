@@ -52,8 +52,8 @@ def test_the_fixed_deck(edits: Edits, fixed: str, scene: hc.Scene, right: FoundD
     ("sideways", "kind"),
     [
         (np.arange(20) % 4, "lie in 4 rows of 5, not in one"),
-        (np.arange(20) % 19, "do not lie in one row"),
-        (np.arange(20) // 16, "do not lie in one row"),
+        (np.arange(20) % 19, "do not lie in one row along x, y or z"),
+        (np.arange(20) // 16, "do not lie in one row along x, y or z"),
     ],
 )
 def test_rows(sideways: FloatArray, kind: str, scene: hc.Scene, right: FoundDeck) -> None:

@@ -35,7 +35,6 @@ from hertzchain.engines.lammps.dialect import (
     NO_FRICTION,
     PAIR_STYLES,
     WALL,
-    WITHOUT_ATTRACTION,
     damping_of,
     refuse_old,
 )
@@ -89,18 +88,12 @@ def refuse_pair_style(scene: Scene, pair_style: str) -> None:
     check_pair_style(pair_style)
     if pair_style == _ANY or scene.is_plain:
         return
-    problem, contact = "", scene.contact
-    if contact is not None and contact.damping != "viscoelastic":
-        problem = f"has viscoelastic damping alone, this scene has that of a {contact.damping}"
-    elif scene.measures_contacts:
-        problem = "has E and Poisson's ratio, contacts of this scene were measured"
-    elif scene.near_wall is not None:
-        problem = "has one stiffness for all contacts, that of a near wall is another"
-    elif len(_kinds(scene)[0]) > 1:
-        each = "material" if contact is None else "material or mass"
-        problem = f"has one law for all contacts, the granules of this scene differ in {each}"
-    if problem:
-        raise RunFailed(f"pair style {pair_style} {problem}: take {_ANY}")
+    several = scene.measures_contacts or scene.near_wall is not None or len(_kinds(scene)[0]) > 1
+    if several or scene.contact is not None:
+        raise RunFailed(
+            f"pair style {pair_style} has one law for all contacts, elastic and of one material:"
+            f" take {_ANY}"
+        )
 
 
 def check_pair_style(pair_style: str) -> None:
@@ -141,11 +134,9 @@ def granules(scene: Scene, pair_style: str) -> list[str]:
         kinds, of_each = _kinds(scene)
         radius = float(np.min(scene.granules.radius))
         atoms = _one_by_one(scene, of_each, len(kinds))
+        law = list(PAIR_STYLES[pair_style])
         if pair_style == _ANY:
-            laws = _pairs(kinds, scene, of_each[:2])
-            law = [f"pair_style {_ANY}", *laws]
-        else:
-            law = _of_all(scene.contact, pair_style)
+            law = [f"pair_style {_ANY}", *_pairs(kinds, scene, of_each[:2])]
     return [
         *_moduli(kinds),
         "",
@@ -312,17 +303,6 @@ def _pairs(kinds: list[_Kind], scene: Scene, first: list[int]) -> list[str]:
                 f"pair_coeff {i} {j} {_law(k, mass, contact)}",
             ]
     return lines
-
-
-def _of_all(contact: Contact | None, pair_style: str) -> list[str]:
-    """Return the law of a pair style that has one for all pairs, with viscoelastic damping."""
-    commands = list(PAIR_STYLES[pair_style])
-    if contact is None:
-        return commands
-    number = damping_of(contact)[0].format(k="v_stiffness", mass="v_m1/2")
-    limit = "" if contact.attraction else f" {WITHOUT_ATTRACTION}"
-    damped = f"NULL $({number}:%.17g) 0.0 0.0 0{limit}"
-    return [line.replace("NULL 0.0 0.0 0.0 0", damped) for line in commands]
 
 
 def _law(k: str, mass: str, contact: Contact | None) -> str:

@@ -338,22 +338,13 @@ class Rules:
                 "pair_coeff follows read_restart, whose pair style is not known here: give the"
                 " pair_style before it"
             )
-        special = {
-            "fix": self._fix,
-            "compute": _compute,
-            "create_atoms": _create_atoms,
-            "unfix": self._fix_again,
-            "fix_modify": self._fix_again,
-            "variable": self._variable,
-            "pair_style": _pair_style,
-            "print": _without_files,
-            "thermo_modify": _formatted,
-            "timer": _timer,
-            "molecule": self._molecule,
-            "read_data": self._reads,
-            "read_restart": self._reads,
-        }
-        return special[name](words) if name in special else (words, None)
+        _check(words)
+        changes = {
+            "fix": self._fix, "unfix": self._fix_again, "fix_modify": self._fix_again,
+            "variable": self._variable, "print": _without_files, "timer": _timer,
+            "read_data": self._reads, "read_restart": self._reads, "molecule": self._reads,
+        }  # fmt: skip
+        return changes[name](words) if name in changes else (words, None)
 
     def path(self, name: str) -> Path:
         """Return the path of a file that the deck names; RunFailed if it may not be read."""
@@ -380,11 +371,11 @@ class Rules:
         return str(path)
 
     def _reads(self, words: list[str]) -> Given:
-        return [words[0], *map(self._file, words[1:2]), *words[2:]], None
-
-    def _molecule(self, words: list[str]) -> Given:
-        end = next((k for k, word in enumerate(words) if word in _OF_MOLECULES), len(words))
-        return [*words[:2], *map(self._file, words[2:end]), *words[end:]], None
+        first, end = 1, 2
+        if words[0] == "molecule":
+            ends = (k for k, word in enumerate(words) if word in _OF_MOLECULES)
+            first, end = 2, next(ends, len(words))
+        return [*words[:first], *map(self._file, words[first:end]), *words[end:]], None
 
     def _fix(self, words: list[str]) -> Given:
         if len(words) < _WORDS_OF_FIX:
@@ -397,12 +388,12 @@ class Rules:
         if style not in _FIXES:
             raise _refused(f"fix {style}", "fixes")
         if style in _TAKES_NOTE:
-            _formatted(words)
+            _check_formats(words)
             return _without_files(words)
         return words, None
 
     def _fix_again(self, words: list[str]) -> Given:
-        if len(words) > 1 and words[1] in self.missing:
+        if words[1:] and words[1] in self.missing:
             return None, f"fix {words[1]} was left out"
         return words, None
 
@@ -417,10 +408,10 @@ class Rules:
         if style not in _VARIABLES:
             raise _refused(f"a variable of style {style}", "variables")
         if style == "format":
-            return _formatted(words)
-        if style not in ("file", "atomfile"):
-            return words, None
-        return [*words[:3], *map(self._file, values[:1]), *values[1:]], None
+            _check_formats(words)
+        if style in ("file", "atomfile"):
+            return [*words[:3], *map(self._file, values[:1]), *values[1:]], None
+        return words, None
 
 
 _OF_NAMES = dict.fromkeys(map(ord, "._-+/ "), "a")
@@ -438,25 +429,20 @@ def _compressed(name: str) -> RunFailed:
     return RunFailed(f"{name}: is compressed: LAMMPS would start a program to read it; unpack it")
 
 
-def _pair_style(words: list[str]) -> Given:
-    _, *names = words
-    for name in names:
-        allowed = name.startswith((*_PAIRS, "v_")) or name in _WORDS_OF_PAIRS
-        if not allowed and (name == names[0] or number(name) is None):
-            raise _refused(f"pair_style {name}", "pair styles")
-    return words, None
-
-
-def _compute(words: list[str]) -> Given:
-    if len(words) >= _WORDS_OF_FIX and words[3].split("/")[0] in _RUNS_CODE:
-        raise _refused(f"compute {words[3]}", "computes")
-    return words, None
-
-
-def _create_atoms(words: list[str]) -> Given:
-    if "mesh" in words:
+def _check(words: list[str]) -> None:
+    """Raise RunFailed for words that might run a program, read a file or print no number."""
+    name, values = words[0], words[1:]
+    if name == "compute" and values[2:] and values[2].split("/")[0] in _RUNS_CODE:
+        raise _refused(f"compute {values[2]}", "computes")
+    if name == "create_atoms" and "mesh" in values:
         raise _refused("create_atoms mesh", "commands")
-    return words, None
+    if name == "thermo_modify":
+        _check_formats(values)
+    if name == "pair_style":
+        for style in values:
+            allowed = style.startswith((*_PAIRS, "v_")) or style in _WORDS_OF_PAIRS
+            if not allowed and (style == values[0] or number(style) is None):
+                raise _refused(f"pair_style {style}", "pair styles")
 
 
 def _timer(words: list[str]) -> Given:
@@ -465,25 +451,17 @@ def _timer(words: list[str]) -> Given:
     return words, None
 
 
-def _formatted(words: list[str]) -> Given:
+def _check_formats(words: list[str]) -> None:
+    """Raise RunFailed for formats of anything but numbers."""
     for word in words:
         check_format(word)
-    return words, None
 
 
 def _without_files(words: list[str]) -> Given:
     """A command without the files that it would write."""
-    kept: list[str] = []
-    k = 0
-    while k < len(words):
-        if k >= 2 and words[k] in _FILE_KEYWORDS and k + 1 < len(words):
-            k += 2
-        else:
-            kept.append(words[k])
-            k += 1
-    if len(kept) == len(words):
-        return words, None
-    return kept, "it would write a file: carried out without"
+    names = {k for k, word in enumerate(words[:-1]) if k >= 2 and word in _FILE_KEYWORDS}
+    kept = [word for k, word in enumerate(words) if not {k, k - 1} & names]
+    return kept, "it would write a file: carried out without" if names else None
 
 
 def shown(text: str) -> str:
