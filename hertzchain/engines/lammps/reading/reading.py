@@ -60,8 +60,6 @@ _MOST_STEPS = 2**31 - 1  # of one run of LAMMPS
 _VARIABLE = re.compile(r"ERROR: Variable (\w+):(?!.* before simulation box)")
 """Part of LAMMPS's message on a formula with a variable that it cannot evaluate yet."""
 
-_BEFORE_NAMES = r"v_|py_|\$\{?|[Vv]ariable |name |reference "  # in commands and in LAMMPS's errors
-
 _MOST_NESTED_FILES = 15  # files that include one another, as in LAMMPS itself
 
 
@@ -130,22 +128,12 @@ class Interpreter:
         except HertzchainError as problem:
             if self.here is None or str(problem).startswith(f"{self.here.file}:"):
                 raise
-            place = f"{self.here.file}:{self.here.line}"
-            if why := self._unset_in(f"{self.here.text} {problem}"):
-                raise RunFailed(f"{place}: {why}") from None
             to_blame = self._variable_in(str(problem)) or self.here
             place = f"{to_blame.file}:{to_blame.line}"
             said = str(problem)
             if self.here.text.startswith("minimize"):  # which takes no steps in time
                 said = said.split("; the step is too long", maxsplit=1)[0]
             raise type(problem)(f"{place}: {said}") from None
-
-    def _unset_in(self, said: str) -> str:
-        """Return advice on a variable without a value in an error message; empty without one."""
-        for name, why in self._rules.unset.items():
-            if re.search(rf"({_BEFORE_NAMES}){re.escape(name)}\b", said):
-                return f"variable {name} was left out ({why}): give its value in the deck instead"
-        return ""
 
     def _variable_in(self, said: str) -> Executed | None:
         """Return the last command that set the variable that LAMMPS names in its error, if any."""
@@ -190,9 +178,6 @@ class Interpreter:
             raise RunFailed(
                 f"the deck is not over after {_MOST_COMMANDS} commands: it seems to have no end"
             )
-        if "$" in text and (why := self._why_left_out(text)):
-            self._note(replace(where, carried_out=False, why_not=why))
-            return
         if "$" in text:
             text = " ".join(in_ascii(self._lammps.expanded(text)).splitlines()).strip()
         words = words_of(text)
@@ -214,15 +199,6 @@ class Interpreter:
         )
         if given is not None:
             self._player.give(given, index)
-
-    def _why_left_out(self, text: str) -> str | None:
-        """Return why a command with a variable that was left out is left out itself, if it is."""
-        name = text.split(maxsplit=1)[0]
-        needs = any(re.search(rf"\$\{{?{re.escape(unset)}\b", text) for unset in self._rules.unset)
-        if not needs or name in CONTROL or not name.isidentifier():
-            return None
-        given, why = self._rules.decide([name])
-        return why if given is None else None
 
     def _note(self, done: Executed) -> int:
         """Record a command; return its index."""
@@ -288,7 +264,6 @@ class Interpreter:
             raise Ended
         self._ran = False
         self._rules.missing.clear()
-        self._rules.restarted = False
 
     def _run(self, values: list[str], index: int, where: Executed) -> None:
         _need(values, 1, "run")
@@ -580,17 +555,12 @@ class Reader:
             return contents_of(
                 probes, seen, nothing, _is_reversed(probes, seen, nothing, self._scene)
             )
-        # Pair style granular leaves memory undefined after a restart file (observed in 2025): in a
-        # process that has run LAMMPS before, the deck often stops.
-        restarts = any(done.text.startswith("read_restart") for done in seen.commands)
         self._say("running the deck")
         between = _READ_EVERY * probes.contact_time
         # Error of the peaks by the interval of readings above which the deck is run again; how much
         # denser readings are then; and most repetitions. This occurs where contacts are stiffer, or
         # pressed harder, than those of the scene.
         for _ in range(3):
-            if restarts:
-                self._child.end()
             seen = self._call(_watch, source, probes, between, begin)
             if max(peaks.error for peaks in seen.peaks) < 1e-5 or seen.read_every == 1:
                 break
@@ -598,8 +568,6 @@ class Reader:
                 break
             between *= 0.1
         self._say("reading the applied forces")
-        if restarts:
-            self._child.end()
         each = self._sizes.between(probes.granules.units, probes.contact_time)
         if seen.stopped:
             stopped = seen.stopped

@@ -211,7 +211,7 @@ _CARRIED_OUT = frozenset(
      "delete_bonds", "dielectric", "dimension", "displace_atoms", "echo", "fix", "fix_modify",
      "group", "lattice", "mass", "min_modify", "min_style",
      "minimize", "molecule", "neigh_modify", "neighbor", "newton", "pair_coeff", "pair_modify",
-     "pair_style", "print", "read_data", "read_restart", "region", "replicate", "reset_atom_ids",
+     "pair_style", "print", "read_data", "region", "replicate", "reset_atom_ids",
      "reset_atoms", "reset_ids", "reset_timestep", "set", "special_bonds", "thermo",
      "thermo_modify", "thermo_style", "timer", "timestep", "uncompute", "unfix", "units",
      "variable", "velocity")
@@ -289,9 +289,6 @@ _VARIABLES = frozenset(
      "internal", "timer")
 )  # fmt: skip
 
-_FROM_OUTSIDE = {"python": _OUTSIDE, "getenv": "the environment is not the deck's"}
-"""Variables that are left out."""
-
 _FILE_KEYWORDS = ("file", "append")
 """Keywords before the name of a file, of ``print`` and of fixes that only record."""
 
@@ -318,8 +315,6 @@ class Rules:
 
     folders: tuple[Path, ...]
     missing: set[str] = field(default_factory=set)  # fixes
-    unset: dict[str, str] = field(default_factory=dict)  # variables, and why
-    restarted: bool = False  # whether the pair style is one that a restart file names
 
     def decide(self, words: list[str]) -> Given:
         """Return the command to give (or None), and why it was changed; RunFailed to refuse it."""
@@ -332,17 +327,11 @@ class Rules:
             raise _refused(name, "commands")
         if name not in ("print", "variable") and any(word.endswith(_COMPRESSED) for word in words):
             raise _compressed(next(word for word in words if word.endswith(_COMPRESSED)))
-        self.restarted = name == "read_restart" or (self.restarted and name != "pair_style")
-        if name == "pair_coeff" and self.restarted:
-            raise RunFailed(
-                "pair_coeff follows read_restart, whose pair style is not known here: give the"
-                " pair_style before it"
-            )
         _check(words)
         changes = {
             "fix": self._fix, "unfix": self._fix_again, "fix_modify": self._fix_again,
             "variable": self._variable, "print": _without_files, "timer": _timer,
-            "read_data": self._reads, "read_restart": self._reads, "molecule": self._reads,
+            "read_data": self._reads, "molecule": self._reads,
         }  # fmt: skip
         return changes[name](words) if name in changes else (words, None)
 
@@ -401,10 +390,8 @@ class Rules:
         if len(words) < 3:
             return words, None
         _, name, style, *values = words
-        self.unset.pop(name, None)
-        if style in _FROM_OUTSIDE:
-            self.unset[name] = _FROM_OUTSIDE[style]
-            return None, _FROM_OUTSIDE[style]
+        if style == "getenv":  # a word, so that no number is made of it
+            return ["variable", name, "string", "environment"], "the environment is not the deck's"
         if style not in _VARIABLES:
             raise _refused(f"a variable of style {style}", "variables")
         if style == "format":

@@ -133,7 +133,7 @@ def test_where_each_command_stands(tmp_path: Path) -> None:
         ("temper 10 10 1\n", 1, "temper is not one of the commands"),
         ("variable w world a b\n", 1, "a variable of style world is not one of the variables"),
         ("include -\n", 1, "cannot be read"),
-        ("variable p python f\nprint ${p}\n", 2, "variable p was left out"),
+        ("variable p python f\n", 1, "a variable of style python is not one of the variables"),
         ("variable f file /etc/passwd\n", 1, "copy it there"),
     ],
 )
