@@ -15,7 +15,6 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import ExitStack, closing, contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from types import TracebackType
 from typing import Any, Self
 
 import numpy as np
@@ -86,30 +85,32 @@ class _Open:
         return labels
 
 
+@dataclass(frozen=True)
+class Source:
+    """A deck: its name, as the user gives it, its path, and what it is read with.
+
+    Variables replace those of style ``index``, as ``-var`` does. Files are searched in the working
+    folder first. With ``tells`` the place of each command is written to stderr before the command
+    is carried out: there it remains if the process crashes.
+    """
+
+    name: str
+    path: Path
+    folder: Path  # the working folder
+    variables: Mapping[str, str] = field(default_factory=dict)
+    edits: Edits = field(default_factory=dict)
+    tells: bool = False
+
+
 class Interpreter:
     """Carries out a deck; ``commands`` grows with it.
 
-    The deck has a name, as the user gives it, and a path. Variables replace those of style
-    ``index``, as ``-var`` does. The player gives the commands to a LAMMPS that has no box. Files
-    are searched in the working folder first, by default only in that of the deck. ``tell`` is
-    called with the place of each command before the command is carried out.
+    The player gives the commands to a LAMMPS that has no box.
     """
 
-    def __init__(
-        self,
-        name: str,
-        path: Path,
-        variables: Mapping[str, str],
-        player: Playing,
-        *,
-        folder: Path | None = None,
-        edits: Edits | None = None,
-        tell: Callable[[str], object] = lambda _: None,
-    ) -> None:
-        self._lammps, self._player, self._tell = player.lammps, player, tell
-        folders = [path.parent] if folder is None else [folder, path.parent]
-        self._rules, self._edits = Rules(tuple(folders)), edits or {}
-        self._name, self._deck, self._variables = name, path, variables
+    def __init__(self, source: Source, player: Playing) -> None:
+        self._source, self._player, self._lammps = source, player, player.lammps
+        self._rules = Rules((source.folder, source.path.parent))
         self._files: list[_Open] = []
         self._skips_jump = self._ran = False
         self.commands: list[Executed] = []
@@ -117,12 +118,12 @@ class Interpreter:
 
     def play(self) -> None:
         """Carry out the deck, up to its end."""
-        for name, value in self._variables.items():
+        for name, value in self._source.variables.items():
             # These are not the deck's: LAMMPS then skips a variable of this name and style in the
             # deck.
             self._player.give(["variable", name, "index", *in_ascii(value).split()], 0)
         try:
-            self._read(self._name)
+            self._read(self._source.name)
         except Ended:
             return
         except HertzchainError as problem:
@@ -158,13 +159,13 @@ class Interpreter:
         self._files.pop()
 
     def _opened(self, name: str) -> _Open:
-        path = self._deck if not self._files else self._rules.path(name)
+        path = self._source.path if not self._files else self._rules.path(name)
         try:
             text = read_text(path)
         except (OSError, ValueError) as problem:
             reason = getattr(problem, "strerror", None) or problem
             raise RunFailed(f"{name}: cannot be read ({reason})") from None
-        return _Open(name, edited(in_ascii(text), name, self._edits))
+        return _Open(name, edited(in_ascii(text), name, self._source.edits))
 
     def _one(self, text: str, where: Executed) -> None:
         """Carry out one command, which may stand in quotes within another one."""
@@ -172,8 +173,8 @@ class Interpreter:
         if not text:
             return
         self.here = where
-        # Characters of a command in messages
-        self._tell(f"{where.file}:{where.line}: {shown(text)[:200]}")
+        if self._source.tells:  # not more characters than a message may have
+            os.write(2, f"{where.file}:{where.line}: {shown(text)[:200]}\n".encode())
         if len(self.commands) >= _MOST_COMMANDS:
             raise RunFailed(
                 f"the deck is not over after {_MOST_COMMANDS} commands: it seems to have no end"
@@ -474,7 +475,7 @@ _READ_EVERY = 0.2
 """Contact times between two readings: the interpolation between them is right to 1e-6 then."""
 
 
-class Reader:
+class Reader(ExitStack):
     """Reads a deck, with or without edits, as often as wanted, in one process; a context.
 
     The scene, which the deck should compute, sets the overlaps, speeds and times at which LAMMPS is
@@ -492,29 +493,21 @@ class Reader:
         lmp: str | Path | None = None,
         say: Callable[[str], object] = lambda _: None,
     ) -> None:
+        super().__init__()
         self._deck, self._scene, self._lmp, self._say = str(path), scene, lmp, say
         self._sizes = Sizes.of(scene)
         self._variables = {name: str(value) for name, value in dict(variables).items()}
         self._deadline = deadline or Deadline(TIME_LIMIT)
-        self._open = ExitStack()
 
     def __enter__(self) -> Self:
-        self._folder = self._open.enter_context(work_folder("LAMMPS"))
-        self._child = self._open.enter_context(Child())
+        folder = self.enter_context(work_folder("LAMMPS"))
+        self._child = self.enter_context(Child())
         program = None if self._lmp is None else Program.find(str(self._lmp), 1, self._deadline)
-        self._start = Start(self._folder, program)
+        self._start = Start(folder, program)
         self._source = Source(
             self._deck, Path(self._deck).absolute(), Path.cwd(), self._variables, tells=True
         )
         return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        problem: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self._open.__exit__(kind, problem, trace)
 
     def _call(self, function: Task, *arguments: object) -> Any:
         left = min(self._deadline.left, self._until.left)
@@ -627,22 +620,6 @@ def look(path: Path, variables: Mapping[str, str], time_limit: float) -> Look:
 
 
 @dataclass(frozen=True)
-class Source:
-    """A deck: its name, where it is, the working folder, values of variables, and edits.
-
-    With ``tells`` each place in the deck is written to stderr, where it remains if the process
-    crashes.
-    """
-
-    name: str
-    path: Path
-    folder: Path
-    variables: Mapping[str, str] = field(default_factory=dict)
-    edits: Edits = field(default_factory=dict)
-    tells: bool = False
-
-
-@dataclass(frozen=True)
 class Start:
     """Way to start LAMMPS in a separate folder: the Python module, or a binary."""
 
@@ -663,11 +640,6 @@ class Start:
             path, version = self.program.command[0], self.program.build.version
             with closing(Piped(path, version, self.folder)) as session:
                 yield session
-
-
-def _tell(place: str) -> None:
-    """Write to standard error which line of the deck is carried out."""
-    os.write(2, f"{place}\n".encode())
 
 
 class First(Playing):
@@ -706,10 +678,7 @@ def _watch(start: Start, source: Source, probes: Probes, between: float, begin: 
 
 def _played(source: Source, player: Playing, *ends: type[HertzchainError]) -> Watched:
     """Return what is observed while a deck is played to its end, or to an error of these kinds."""
-    script, seen = Interpreter(
-        source.name, source.path, source.variables, player,
-        folder=source.folder, edits=source.edits, tell=_tell if source.tells else lambda _: None,
-    ), player.seen  # fmt: skip
+    script, seen = Interpreter(source, player), player.seen
     try:
         script.play()
     except ends as problem:

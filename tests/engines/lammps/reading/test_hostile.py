@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from hertzchain.engines.lammps.engine import binary_build, engine
-from hertzchain.engines.lammps.reading.reading import Interpreter
+from hertzchain.engines.lammps.reading.reading import Interpreter, Source
 from hertzchain.engines.lammps.reading.session import Module, Piped, Session
 from hertzchain.engines.lammps.reading.text import lines_of
 from hertzchain.errors import RunFailed
@@ -95,7 +95,7 @@ def play(deck: Path, lmp: str | None, monkeypatch: pytest.MonkeyPatch) -> None:
             give(*texts)
 
         monkeypatch.setattr(lammps, "give", given)
-        script = Interpreter("in.mine", deck, {}, Player(lammps))
+        script = Interpreter(Source("in.mine", deck, deck.parent), Player(lammps))
         with suppress(RunFailed):  # a way may be refused, or stop LAMMPS; not what is before it
             script.play()
         assert [done.text for done in script.commands].count("run 1")
@@ -126,7 +126,7 @@ def test_text_outside_the_folder_of_a_deck_is_not_shown(
     (there.parent / "home" / "shadow").write_text(f"# passwords\n{text}\nunits root:x\n")
     (there / "in.mine").write_text(f"{command} ../home/shadow\nprint ${{f}}\n")
     with session(None, there.parent / "tmp") as lammps:
-        script = Interpreter("in.mine", there / "in.mine", {}, Player(lammps))
+        script = Interpreter(Source("in.mine", there / "in.mine", there), Player(lammps))
         with pytest.raises(RunFailed, match="not in the folder of the deck") as caught:
             script.play()
     (there.parent / "home" / "shadow").unlink()
