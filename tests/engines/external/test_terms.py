@@ -127,8 +127,7 @@ REFUSED: list[tuple[Callable[[hc.Scene], object], hc.Scene, str]] = [
     (lambda scene: yade.watched(scene, [], []), LONG, "Yade with 100001 granules would be too"),
     (hc.Liggghts().refuse, struck(2, poisson_ratio=[0.3, -0.1]), "this chain has -0.1"),
     (hc.Liggghts().refuse, struck(2, wall=hc.Wall("elastic", 1e9, -0.2)), "this wall has -0.2"),
-    (hc.Liggghts().refuse, struck(2, contact=replace(DASHPOT, attraction=False)),
-     "dashpots always pull in LIGGGHTS: set"),
+    (hc.Liggghts().refuse, struck(2, contact=DASHPOT), "LIGGGHTS has no dashpot damping"),
     (hc.Liggghts().refuse, struck(2, contact=SMALL),
      "restitution above 0.05, this one is 0.05: take another"),
     (hc.Yade().refuse, struck(2, contact=VISCOELASTIC), "has no viscoelastic damping with Hertz"),
@@ -150,7 +149,7 @@ def test_what_a_code_does_not_have_is_refused(
 
 def test_what_a_code_has_is_not_refused() -> None:
     above = replace(SMALL, restitution=math.nextafter(0.05, 1))
-    for law in (None, *(scene.contact for scene in DAMPED.values()), above):
+    for law in (None, RESTITUTION, PULLING, VISCOELASTIC, above):
         hc.Liggghts().refuse(struck(2, contact=law))
     for law in (None, RESTITUTION):
         hc.Yade().refuse(struck(2, contact=law))
