@@ -44,7 +44,7 @@ def deck(
 
     The deck finds the peak forces by itself. A deck for LAMMPS compares them with the true ones and
     says PASS or FAIL; the others write peaks.csv for hertzchain judge. Pair style
-    gran/hertz/history is for granules of one material, elastic or with viscoelastic damping.
+    gran/hertz/history is for elastic granules of one material.
 
     Options
     -------

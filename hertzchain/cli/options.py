@@ -50,14 +50,8 @@ NATIVE = Backend("native")
 
 @dataclass(frozen=True)
 class LammpsOptions:
-    """How LAMMPS runs.
+    """How LAMMPS runs."""
 
-    Options
-    -------
-    isolate: Run LAMMPS in a separate process: a crash of it is only an error.
-    """
-
-    isolate: bool = False
     lmp: str | None = None
     ranks: int | None = None
 
@@ -69,7 +63,7 @@ class LammpsOptions:
         from hertzchain.errors import require
 
         if not runs:
-            refuse_without_need(False, isolate=self.isolate, lmp=self.lmp, ranks=self.ranks)
+            refuse_without_need(False, lmp=self.lmp, ranks=self.ranks)
             return {}
         named = named_binary(self.lmp)
         if self.ranks is not None:
@@ -79,12 +73,7 @@ class LammpsOptions:
                     "--ranks needs a LAMMPS binary, as the lammps module runs on one process: name"
                     f" one with --lmp or {LMP}"
                 )
-        if self.isolate and named is not None:
-            raise HertzchainError(
-                f"--isolate is for the lammps module; what --lmp or {LMP} names is a process of"
-                " its own anyway: leave the option out"
-            )
-        return {"isolated": self.isolate, "lmp": named, "ranks": self.ranks or 1}
+        return {"lmp": named, "ranks": self.ranks or 1}
 
 
 @dataclass(frozen=True)
@@ -284,7 +273,7 @@ def by_name(option: str, given: Sequence[str] | None, example: str) -> dict[str,
 
 
 _NEEDS = {
-    **dict.fromkeys(("isolate", "lmp", "ranks"), "is for --backend lammps"),
+    **dict.fromkeys(("lmp", "ranks"), "is for --backend lammps"),
     **dict.fromkeys(("watch_every", "pair_style"), "is for --engine lammps"),
     **dict.fromkeys(("no_shift", "column"), "is for measured traces"),
     "hum": "is for --free gauge_6.hum",
