@@ -340,12 +340,10 @@ _WHO = {"exact": "exact", "paper": "paper", "nesterenko": "Nesterenko"}
 _WHO |= {"native": "native", "lammps": "LAMMPS"}
 
 
-SCRIPT = Script(
-    TITLE,
-    "Which constants of the solitary wave are right, and do they agree with one another?",
-    "exact wave, native, LAMMPS, Nesterenko's long wave; the paper's Eqs. 4 and 5, L_SW and V_SW",
-    measure, promises, draw,
-)  # fmt: skip
-
-if __name__ == "__main__":
-    SCRIPT.main()
+SCRIPTS = {
+    "constants": Script(
+        TITLE,
+        "Which constants of the solitary wave are right, and do they agree with one another?",
+        measure, promises, draw,
+    )
+}  # fmt: skip

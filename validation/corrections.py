@@ -12,9 +12,10 @@ from 0 to 1 (12), follows from definitions alone: these three have no scores.
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas
@@ -104,15 +105,6 @@ def by_changes(
     return p
 
 
-def by_far_field(threshold: float = STEADY) -> Criterion:
-    """All later peaks are within a threshold of the far field."""
-
-    def p(peak_force: FloatArray) -> int:
-        return max(SMALLEST, first_within(peak_force, threshold))
-
-    return p
-
-
 CRITERIA: dict[str, Criterion] = {
     "every change below 1 % of F_{k+1}, at least 5": by_changes(),
     "first change below 1 %, at least 5": by_changes(every=False),
@@ -122,9 +114,9 @@ CRITERIA: dict[str, Criterion] = {
     "every change below 0.9 %": by_changes(0.009),
     "every change below 1.1 %": by_changes(0.011),
     "every change below 2 %": by_changes(0.02),
-    "within 1 % of the far field": by_far_field(),
-    "within 2 % of the far field": by_far_field(0.02),
-    "within 5 % of the far field": by_far_field(0.05),
+    "within 1 % of the far field": lambda peaks: max(SMALLEST, first_within(peaks, STEADY)),
+    "within 2 % of the far field": lambda peaks: max(SMALLEST, first_within(peaks, 0.02)),
+    "within 5 % of the far field": lambda peaks: max(SMALLEST, first_within(peaks, 0.05)),
 }
 """The first is that of hertzchain."""
 
@@ -145,12 +137,8 @@ def _eq6(divisor: Callable[[FloatArray, float], FloatArray | float]) -> PeakForc
     return formula
 
 
-def corrected_peak_force(
-    contact: FloatArray, p: float, wave: float, n: float, ratio: float
-) -> FloatArray:
-    """Return Eq. 6 as used here; p need not be whole, so that p of Eq. 3 can be tried."""
-    return _eq6(lambda i, p: i * p)(contact, p, wave, n, ratio)
-
+corrected_peak_force = _eq6(lambda i, p: i * p)
+"""Eq. 6 as used here; p need not be whole, so that p of Eq. 3 can be tried."""
 
 EXPONENTS: dict[str, PeakForce] = {
     "15 (i - p) / (8 i p sqrt(n))": corrected_peak_force,
@@ -223,8 +211,7 @@ HIGH = (EQUAL, CRITERION, EQ3)
 Cases = Mapping[str, Simulated]
 
 
-@dataclass(frozen=True)
-class Entry:
+class Entry(NamedTuple):
     """A number that Tables 3 and 4 print."""
 
     table: int
@@ -236,11 +223,13 @@ class Entry:
 def entries() -> list[Entry]:
     """All 92."""
     entries: list[Entry] = []
+    contacts: Counter[str] = Counter()
     for table in (3, 4):
         for line in paper_table(table):
             name = scene_name(line)
-            contact = 2 + sum(entry.scene == name for entry in entries)
-            entries.append(Entry(table, name, contact, float(line["error_percent"])))
+            entry = Entry(table, name, 2 + contacts[name], float(line["error_percent"]))
+            entries.append(entry)
+            contacts[name] += 1
     return entries
 
 
@@ -366,9 +355,7 @@ def stiffness_scores(chain: hc.Chain) -> Iterator[Score]:
 
 # What is measured
 
-COLUMNS = (
-    "kind", "number", "what", "reading", "backend", "score", "scene", "contact",
-)  # fmt: skip
+COLUMNS = ["kind", "number", "what", "reading", "backend", "score", "scene", "contact"]
 
 
 def measure(quick: bool, with_lammps: bool) -> pandas.DataFrame:
@@ -395,7 +382,7 @@ def measure(quick: bool, with_lammps: bool) -> pandas.DataFrame:
             ]  # fmt: skip
     rows += [_scored("", score) for score in stiffness_scores(load("demo").chain)]
     rows += [_scored("native", score) for score in plateau_scores()]
-    return pandas.DataFrame(rows, columns=list(COLUMNS))
+    return pandas.DataFrame(rows, columns=COLUMNS)
 
 
 def _scored(backend: str, score: Score) -> dict[str, object]:
@@ -473,12 +460,10 @@ def draw(table: pandas.DataFrame) -> Figure:
     return figure
 
 
-SCRIPT = Script(
-    TITLE,
-    "Is each reading of what the paper prints wrongly or leaves open the best there is?",
-    "native, LAMMPS; the paper's Tables 2 to 4, Hertz's law",
-    measure, promises, draw,
-)  # fmt: skip
-
-if __name__ == "__main__":
-    SCRIPT.main()
+SCRIPTS = {
+    "corrections": Script(
+        TITLE,
+        "Is each reading of what the paper prints wrongly or leaves open the best there is?",
+        measure, promises, draw,
+    )
+}  # fmt: skip

@@ -128,12 +128,10 @@ def recorded(path: Path = RECORDED) -> dict[str, tuple[float, dict[str, FloatArr
     }
 
 
-SCRIPT = Script(
-    TITLE,
-    "Do three codes with the same steps find the same peaks?",
-    "LAMMPS, LIGGGHTS, Yade; native velocity Verlet",
-    measure, promises,
-)  # fmt: skip
-
-if __name__ == "__main__":
-    SCRIPT.main()
+SCRIPTS = {
+    "engines": Script(
+        TITLE,
+        "Do three codes with the same steps find the same peaks?",
+        measure, promises,
+    )
+}  # fmt: skip

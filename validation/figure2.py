@@ -301,12 +301,10 @@ def draw(table: pandas.DataFrame) -> Figure:
     return figure
 
 
-SCRIPT = Script(
-    TITLE,
-    "Has the wave one width, about 5 granules, whatever its height?",
-    "native, LAMMPS, the exact solitary wave; the paper's profile (section 5.1)",
-    measure, promises, draw,
-)  # fmt: skip
-
-if __name__ == "__main__":
-    SCRIPT.main()
+SCRIPTS = {
+    "figure2": Script(
+        TITLE,
+        "Has the wave one width, about 5 granules, whatever its height?",
+        measure, promises, draw,
+    )
+}  # fmt: skip

@@ -297,12 +297,10 @@ def draw(table: pandas.DataFrame) -> Figure:
     return figure
 
 
-SCRIPT = Script(
-    TITLE,
-    "Do scenes that approach a known limit get there, at the rate that theory says?",
-    "native, LAMMPS; theory, extrapolated midpoints",
-    measure, promises, draw,
-)  # fmt: skip
-
-if __name__ == "__main__":
-    SCRIPT.main()
+SCRIPTS = {
+    "limits": Script(
+        TITLE,
+        "Do scenes that approach a known limit get there, at the rate that theory says?",
+        measure, promises, draw,
+    )
+}  # fmt: skip
