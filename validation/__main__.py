@@ -30,7 +30,7 @@ def _scripts(modules: str) -> dict[str, Script]:
 
 
 SCRIPTS = _scripts(
-    "figure1 figure2 transition tables constants claims eqs_4b_and_5 corrections formula_maps"
+    "figure1 figure2 transition tables constants claims corrections formula_maps"
     " limits physics.known_numbers physics.published physics.precompression physics.linear_chain"
     " physics.restitution physics.damped_waves physics.damped_pulses"
 )

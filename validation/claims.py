@@ -38,6 +38,8 @@ SHARE = "share of L_Applied in the primary wave"
 DISTANCE = "impulse: peak / far field - 1"
 NO_FLOOR = "p without the floor of 5"
 HEIGHT = "far field / F0"
+SHIFT = ("Eq. 4b over the time to the next peak - 1 [%], lowest", "the same, highest")
+PASSED = ("momentum that a contact passes on over L_SW - 1 [%], lowest", "the same, highest one")
 JUST_ABOVE = "LM_ratio 1.05: far field / F0"
 
 # Numbers from peaks, momenta and forces
@@ -60,10 +62,14 @@ def first_within(peak_force: FloatArray, threshold: float) -> int:
     return int(off[-1]) + 3 if off.size else 2
 
 
-def first_steady(peak_force: FloatArray, threshold: float = STEADY) -> int:
-    """The first i from which all changes to the next are below a fraction: p without its floor."""
+def first_steady(peak_force: FloatArray, threshold: float = STEADY, of_first: bool = False) -> int:
+    """The first i from which all changes to the next are below a fraction: p without its floor.
+
+    It is a fraction of the second of the two peaks, or of the first.
+    """
     before, after = peak_force[:-2], peak_force[1:-1]
-    unsteady = np.nonzero(np.abs(after - before) / after >= threshold)[0]
+    change = np.abs(after - before) / (before if of_first else after)
+    unsteady = np.nonzero(change >= threshold)[0]
     return int(unsteady[-1]) + 3 if unsteady.size else 2
 
 
@@ -71,6 +77,26 @@ def wave_share(far: float, momentum_ratio: float) -> float:
     """L_SW of a wave of height ``far`` (in F0), with the exact constant, over L_Applied."""
     applied = MOMENTUM_IN_NATURAL_UNITS * momentum_ratio
     return float(WAVE.momentum * far ** (5 / 6) / applied)
+
+
+def in_transition(result: hc.Result) -> dict[str, float]:
+    """Ends of the errors of Eqs. 4b and 5 over contacts 2 to p of a pulse.
+
+    Eq. 4b gives the time to the next peak. By Eq. 5, from which Eq. 6 follows, each contact passes
+    on the momentum of the wave: all granules ahead of it have their momentum from it.
+    """
+    scene, p, unit = result.scene, result.transition_granules, result.scene.units
+    assert p is not None
+    n, force = pulse_of(scene)[0].duration_ratio, result.peak_force / unit.force
+    by_eq4b = theory.peak_shift(np.arange(2, p + 1), force[: p - 1], p, n, scene.momentum_ratio)
+    shift = by_eq4b / (np.diff(result.peak_time)[: p - 1] / unit.time)
+    handed_on = np.cumsum(result.velocity[::-1])[::-1][1:p] / unit.velocity
+    passed = handed_on / paper.wave_momentum(force[p - 1])
+    return {
+        name: float(100 * (end(ratio) - 1))
+        for names, ratio in ((SHIFT, shift), (PASSED, passed))
+        for name, end in zip(names, (np.min, np.max), strict=True)
+    }
 
 
 # What is measured
@@ -109,9 +135,11 @@ def _of_scenes(scenes: dict[str, hc.Scene], results: Found) -> Iterator[Entry]:
                 BALANCE: share * ratio - ratio - gained,
                 SHARE: share,
             }
-        wanted = (AT_ONCE, FIRST, NO_FLOOR)
+            numbers[backend] |= in_transition(result)
+        wanted: tuple[str, ...] = (AT_ONCE, FIRST, NO_FLOOR)
         if ratio != 1:
             wanted = (HEIGHT, NO_FLOOR, *((THROWN, BALANCE) if ratio < 1 else (SHARE,)))
+            wanted = (*wanted, *SHIFT, *PASSED)
         for what in wanted:
             entry = case | {"what": what} | {who: each[what] for who, each in numbers.items()}
             if what == THROWN:
@@ -188,6 +216,7 @@ _FOUND = (6e-4, _STATED)
 _WHOLE = (0.0, "a number of granules is whole")
 _PEAKS = (5e-6, "peaks of LAMMPS are extrapolated to 1e-6, and these have a few of them in them")
 _MOTION = (2e-4, "velocities are not extrapolated: velocity Verlet is off by about 1e-4")
+_IN_TRANSITION = (2e-2, "percentage points: velocities of velocity Verlet are off by about 1e-4")
 _WAVE_ALONE = {
     "native": (1e-12, "below LM_ratio 1 no second wave follows, and native promises 1e-12"),
     "lammps": (1e-4, "the velocities of LAMMPS are those of velocity Verlet, off by about 2e-5"),
@@ -205,6 +234,10 @@ def promises(table: pandas.DataFrame) -> list[Row]:
     backends = [name for name in ("native", "lammps") if table[name].notna().any()]
     rows = [entry for backend in backends for entry in _claims(table, backend)]
     if "lammps" in backends:
+        for names in (SHIFT, PASSED):
+            frame = table[table["what"].isin(names)]
+            off = largest(frame["lammps"] - frame["native"])
+            rows.append(row(f"{names[0]}: LAMMPS - native", "lammps", off, 0, *_IN_TRANSITION))
         by_both = table[~table["scene"].str.endswith(LONG)]
         for what in (AT_ONCE, FIRST, NO_FLOOR, HEIGHT, THROWN, BALANCE, SHARE, DISTANCE):
             frame = by_both[by_both["what"] == what]
@@ -214,8 +247,17 @@ def promises(table: pandas.DataFrame) -> list[Row]:
     return rows
 
 
+EQUATIONS = (
+    ("below", SHIFT, (-40.7, -2.7), 0.06),
+    ("above", SHIFT, (-2.4, 47.5), 0.06),
+    ("below", PASSED, (-7.0, -1.0), 0.6),
+    ("above", PASSED, (12.0, 65.0), 0.6),
+)
+"""On a side of LM_ratio 1: lowest and highest error of an equation, and the stated digits [%]."""
+
+
 def _claims(table: pandas.DataFrame, backend: str) -> Iterator[Row]:
-    """Yield rows of the claims a to f."""
+    """Yield rows of the claims a to f, and of Eqs. 4b and 5."""
     each = {str(what): frame for what, frame in table.groupby("what")}
     # a: at LM_ratio 1 a wave as high as the shock forms at once.
     at_once = each[AT_ONCE][backend]
@@ -272,6 +314,11 @@ def _claims(table: pandas.DataFrame, backend: str) -> Iterator[Row]:
     if backend == "native":
         what = f"f. {JUST_ABOVE} (paper: above 1)"
         yield from by_ends(what, backend, each[JUST_ABOVE]["native"], (0.975, 1.065), *_FOUND)
+    # Eqs. 4b and 5 in the transition.
+    for side, names, limits, tolerance in EQUATIONS:
+        is_there = table["what"].isin(names) & ((table["momentum_ratio"] < 1) == (side == "below"))
+        what = f"LM_ratio {side} 1: {names[0].partition(',')[0]} (paper: 0)"
+        yield from by_ends(what, backend, table[is_there][backend], limits, tolerance, _STATED)
 
 
 SCRIPTS = {

@@ -22,13 +22,12 @@ from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 import hertzchain as hc
-from hertzchain import theory
 from hertzchain.arrays import FloatArray
 from hertzchain.observables.wave import transition_granules
 from hertzchain.scene.shocks import PROFILES as RAMPS
 from hertzchain.scene.shocks import profile_named
 from validation.script import PROFILES, Row, Script, largest, new_figure, progress, row
-from validation.shipped import STEEL, load, pulse_of, table_scenes
+from validation.shipped import STEEL, by_formulas, eq3, load, pulse_of, table_scenes
 
 TITLE = "Where Eqs. 3, 6 and 9 hold"
 
@@ -64,20 +63,16 @@ def errors(profile: str, ratio: float, n: float, peak_force: FloatArray) -> dict
     if p is None:
         names = ("p", "wave_force", "eq3", *(f"{name}_error" for name in EQUATIONS))
         return dict.fromkeys(names, math.nan)
-    chain = hc.Chain(2, **STEEL)
     pulse = hc.Pulse(profile_named(profile), 100.0, n, momentum_ratio=ratio)
-    rise_time = ratio * theory.unit_rise_time(chain, pulse)
-    wave = float(peak_force[p - 1])
-    eq3 = theory.transition_granules(chain, pulse, rise_time, wave * pulse.peak_force)
-    effective = theory.effective_momentum_ratio(chain, pulse, rise_time)
-    contact, simulated = np.arange(2, p + 1), peak_force[: p - 1]
-    eq6 = theory.peak_force(contact, p, wave, n, effective)
-    eq9 = theory.peak_force_cubic(contact, p, float(eq6[0]), wave)
+    scene = hc.Scene(hc.Chain(2, **STEEL), pulse)
+    wave, simulated = float(peak_force[p - 1]), peak_force[: p - 1]
+    by_eq3 = eq3(scene, wave * pulse.peak_force)
+    eq6, eq9 = by_formulas(scene, p, wave)
     return {
         "p": p,
         "wave_force": wave,
-        "eq3": eq3,
-        "eq3_error": 100 * abs(eq3 / p - 1),
+        "eq3": by_eq3,
+        "eq3_error": 100 * abs(by_eq3 / p - 1),
         "eq6_error": float(100 * np.max(np.abs(eq6 / simulated - 1))),
         "eq9_error": float(100 * np.max(np.abs(eq9 / simulated - 1))),
     }

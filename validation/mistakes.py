@@ -312,11 +312,6 @@ def stiffer(factor: str) -> Plant:
     return in_set_up((_HERTZ, _HERTZ.replace("${E1}", f"$({factor}*v_E1)")))
 
 
-def heavier(factor: str) -> Plant:
-    """Density times a factor, in the deck."""
-    return in_set_up((_DENSITY, _DENSITY.replace("7958.0", f"$({factor}*7958.0)")))
-
-
 def with_friction(law: str) -> Plant:
     """Another tangential force between granules."""
     return in_set_up((_NO_FRICTION, f"tangential {law}"))
@@ -335,19 +330,16 @@ MISTAKES = (
     Mistake("stiffness without 1 - nu^2",
         in_set_up((_HERTZ, _HERTZ.replace("${nu1}", "0.0"))), STIFFNESS),
     Mistake("contact law linear", in_set_up((_HERTZ, "hooke 1e7 0.0")), EXPONENT),
-    Mistake("mass times 1.001", heavier("1.001"), GRANULE_MASS),
-    Mistake("mass times 1 + 1e-9", heavier("1.000000001"), GRANULE_MASS),
+    Mistake("mass times 1 + 1e-9",
+        in_set_up((_DENSITY, _DENSITY.replace("7958.0", "$(1.000000001*7958.0)"))), GRANULE_MASS),
     Mistake("density set before diameter",
         in_set_up((_DIAMETER + _DENSITY, _DENSITY + _DIAMETER)), GRANULE_MASS),
     Mistake("sites a millionth too far apart",
         in_set_up(("lattice sc 0.0095", "lattice sc 0.0095000095")), POSITION),
     Mistake("force one step late", lambda: force_at("(time-dt)"), APPLIED),
-    Mistake("force one step early", lambda: force_at("(time+dt)"), APPLIED),
     Mistake("force not dropped after the pulse", force_that_stays, APPLIED),
     Mistake("friction, Mindlin", with_friction("mindlin NULL 1.0 0.5"), TANGENTIAL),
     Mistake("friction, linear", with_friction("linear_history 1e6 1.0 0.5"), TANGENTIAL),
-    Mistake("rolling friction alone",
-        with_friction("linear_nohistory 0.0 0.0 rolling sds 1e3 1.0 0.1"), TANGENTIAL),
     Mistake("friction, gran/hertz/history",
         in_set_up(("NULL 0.0 0.0 0.0 0", "NULL 0.0 0.0 0.5 0")), TANGENTIAL, _CLOSED),
     Mistake("damping tsuji with e = 1",
@@ -359,9 +351,7 @@ MISTAKES = (
         MISSING),
     Mistake("contacts missing in the skin",
         also("neighbor 0.0 bin\nneigh_modify once yes\n"), SAME_PEAKS),
-    Mistake("peaks of samples only, LAMMPS", peaks_of_samples, SAME_PEAKS),
-    Mistake("peaks of samples only, LAMMPS, each step read",
-        peaks_of_samples, SAME_PEAKS, read_every=1),
+    Mistake("peaks of samples only, LAMMPS", peaks_of_samples, SAME_PEAKS, read_every=1),
     Mistake("peaks of samples only, everywhere",
         peaks_of_samples_everywhere, REFERENCE, read_every=1),
     Mistake("steps that pass over the corners", lambda: other_legs(without_corners), MOMENTUM),

@@ -11,18 +11,9 @@ import pandas
 from matplotlib.figure import Figure
 
 import hertzchain as hc
-from hertzchain import theory
 from hertzchain.arrays import FloatArray
 from validation.script import BACKENDS, Row, Script, new_figure, row
-from validation.shipped import (
-    effective_ratio,
-    eq3,
-    load,
-    paper_table,
-    pulse_of,
-    scene_name,
-    simulate,
-)
+from validation.shipped import by_formulas, eq3, load, paper_table, scene_name, simulate
 
 TITLE_OF_2 = "Table 2: granules in the transition, p"
 
@@ -138,9 +129,8 @@ def _errors_percent(result: hc.Result) -> FloatArray:
     p, wave_force = result.transition_granules, result.solitary_wave.peak_force
     if p is None or wave_force is None:
         return np.zeros(0)
-    n, ratio = pulse_of(result.scene)[0].duration_ratio, effective_ratio(result.scene)
-    formula = theory.peak_force(np.arange(2, p + 1), p, wave_force, n, ratio)
-    return 100 * np.abs(formula / result.peak_force[: p - 1] - 1)
+    eq6, _ = by_formulas(result.scene, p, wave_force)
+    return 100 * np.abs(eq6 / result.peak_force[: p - 1] - 1)
 
 
 def judge_eq6(table: pandas.DataFrame) -> list[Row]:

@@ -37,7 +37,7 @@ from hertzchain.errors import RunFailed
 from hertzchain.scene.shocks import PROFILES, profile_named
 from validation.script import BACKENDS, Row, Script, largest, new_figure, row
 from validation.script import PROFILES as PROFILE_STYLES
-from validation.shipped import STEEL, effective_ratio, eq3
+from validation.shipped import STEEL, by_formulas, eq3
 
 RATIO_COLOURS = {
     0.3: "#440154", 0.5: "#443983", 0.7: "#31688e", 1.0: "#21918c",
@@ -484,12 +484,9 @@ def _with_formulas(frame: pandas.DataFrame) -> pandas.DataFrame:
     first = frame.iloc[0]
     scene = scene_of(first["profile"], first["momentum_ratio"])
     contact, p, wave = frame["contact"].to_numpy(int), int(first["p"]), first["wave_force_N"]
-    eq6 = theory.peak_force(contact, p, wave, DURATION_RATIO, effective_ratio(scene))
-    return frame.assign(
-        eq6_N=eq6,
-        eq9_N=theory.peak_force_cubic(contact, p, float(eq6[0]), wave),
-        eq9_simulated_N=theory.peak_force_cubic(contact, p, first["peak_force_N"], wave),
-    )
+    eq6, eq9 = by_formulas(scene, p, wave)
+    simulated = theory.peak_force_cubic(contact, p, first["peak_force_N"], wave)
+    return frame.assign(eq6_N=eq6, eq9_N=eq9, eq9_simulated_N=simulated)
 
 
 def judge_figure5(table: pandas.DataFrame) -> list[Row]:
