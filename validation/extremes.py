@@ -45,7 +45,7 @@ from hertzchain.limits import usable_cores
 from hertzchain.observables.error_bound import stable_step
 from hertzchain.observables.peaks import largest_difference
 from hertzchain.scene.shocks import PROFILES, profile_named
-from tests.oracles import eighth_order, extrapolation
+from tests.oracles import extrapolation
 from validation.random_scenes import KINDS, random_hard_scene
 from validation.script import Row, Script, new_figure, row
 from validation.shipped import STEEL
@@ -112,8 +112,7 @@ class Judge:
     def converged(self) -> tuple[FloatArray, float]:
         """Return much more accurate peaks [N], and their own error."""
         if self.rtol is None:
-            solver = eighth_order if self.scene.is_plain else extrapolation
-            truth = solver.solve(self.scene)
+            truth = extrapolation.solve(self.scene)
             return truth.force, truth.error + ORACLE_ERROR
         backend = hc.Native(rtol=self.rtol, peaks_only=True, time_limit=JUDGE_LIMIT)
         result = backend.run(self.scene)

@@ -81,8 +81,7 @@ class Native:
         ``reference``, ``srkn-11b``, ``velocity-verlet`` or ``rk4``; by default the
         cheapest that gives peaks of accuracy ``rtol``. ``scipy`` integrates Eq. 1 as
         ``equations.py`` writes it by ``scipy.integrate.solve_ivp``, a hundred times more slowly;
-        ``rk4``, the paper's method, is plain NumPy, too. A loose ``rtol`` takes ``srkn-6b``, which
-        has no name here.
+        ``rk4``, the paper's method, is plain NumPy, too.
     dt
         The largest step [s]; the default depends on the method: peaks right to about 1e-12
         (reference), 1e-8 (rk4), 1e-6 (velocity-verlet).
