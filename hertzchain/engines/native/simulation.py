@@ -182,18 +182,16 @@ class Run:
 
 def simulate(
     scene: Scene, legs: Sequence[Leg], walker: Walker, recorder: Recorder | None = None,
-    leave_behind: bool = False, window: bool = True, deadline: Deadline | None = None,
-    start: FloatArray | None = None,
+    leave_behind: bool = False, deadline: Deadline | None = None, start: FloatArray | None = None,
 ) -> Simulation:  # fmt: skip
     """Integrate a scene once, on given legs [s, N], with the compiled kernels.
 
     With ``leave_behind`` granules that cannot change any peak are dropped, in scenes where this is
-    certain; with ``window`` granules that the wave has not reached are not computed. The default
-    deadline is an hour from now. ``start`` has displacement and
-    velocity in natural units, shape (2, granules); by default the chain is at rest. Raises
-    StepUnstable if the motion diverges, TooExpensive if the run would take, or has taken, too long.
+    certain. The default deadline is an hour from now. ``start`` has displacement and velocity in
+    natural units, shape (2, granules); by default the chain is at rest. Raises StepUnstable if the
+    motion diverges, TooExpensive if the run would take, or has taken, too long.
     """
-    prepared = Prepared.of(scene, deadline or Deadline(TIME_LIMIT), start, window)
+    prepared = Prepared.of(scene, deadline or Deadline(TIME_LIMIT), start)
     return prepared.simulate(walker.cut(legs), walker, recorder, leave_behind)
 
 
@@ -212,15 +210,14 @@ class Prepared:
 
     @classmethod
     def of(
-        cls, scene: Scene, deadline: Deadline, start: FloatArray | None = None,
-        window: bool = True, first: bool = False,
-    ) -> Prepared:  # fmt: skip
+        cls, scene: Scene, deadline: Deadline, start: FloatArray | None = None, first: bool = False
+    ) -> Prepared:
         """Prepare a scene; ``first``: first pulses are wanted. For the others see ``simulate``."""
         assert scene.contact is None  # damped contacts: see damped_runs
         initial = start_of(scene)
         chain = Chain.of(scene).padded() if first or not scene.is_plain else None
         # The front of a wave moves granules smoothly, but not across a gap or under a static load.
-        has_front = window and start is None and (chain is None or not chain.gap.any())
+        has_front = start is None and (chain is None or not chain.gap.any())
         has_front = has_front and not scene.moves and scene.pushed == 0
         return cls(
             scene, deadline, start is None, chain,
@@ -266,14 +263,6 @@ class Prepared:
             return Simulation.of(outcome, u, v, Peaks(force, time, time < outcome.end)), watch
 
         return finished(run, control, self.deadline, work >= LONG_RUN)
-
-    def peaks(self, legs: Sequence[Leg], walker: Walker) -> Peaks:
-        """Return the peaks of a run alone, natural units: for an error.
-
-        Granules that cannot change any peak are dropped where that is certain. Raises as
-        ``simulate``.
-        """
-        return self.simulate(legs, walker, leave_behind=True).peaks
 
     def _refuse(
         self, rows: FloatArray, work: float, stages: int, leave_behind: bool,
