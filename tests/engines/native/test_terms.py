@@ -19,7 +19,7 @@ from hertzchain.observables.peaks import largest_difference
 from tests.conftest import STEEL
 from tests.oracles import extrapolation
 from tests.oracles.scene_in_si import numbers_of_chain
-from tests.scenes import DIMER, PTFE, PULSE, TERMS, UNIFORM, row
+from tests.scenes import DIMER, PTFE, TERMS, row
 
 
 def test_two_spheres_that_meet() -> None:
@@ -74,16 +74,6 @@ def test_a_small_push_on_a_pressed_chain_vs_bessel_functions(strength: float) ->
     )
     # What the curvature of Hertz's law leaves is of first order in the push.
     assert np.max(np.abs(history.velocity[:, :20] - expected)) < 0.3 * strength * velocity
-
-
-def test_unlike_granules_that_are_alike_are_a_uniform_chain() -> None:
-    columns = {key: [value] * 12 for key, value in STEEL.items()}
-    alike = hc.Chain(12, **columns, gap=[1.0] + [0.0] * 11)
-    assert alike == UNIFORM
-    scene = hc.Scene(alike, PULSE)
-    assert scene.is_plain
-    peaks, other = (hc.Native().run(s).peak_force for s in (scene, hc.Scene(UNIFORM, PULSE)))
-    assert np.array_equal(peaks, other)
 
 
 def test_a_run_that_ends_too_early_says_so() -> None:
