@@ -322,11 +322,9 @@ def _wall_place(case: Case) -> Iterator[Number]:
     expected = float(np.diff(places(scene))[-1])
     measured = wall.position - float(case.deck.position[-1])
     opening = _with(case.twin.opening, -1, case.twin.opening[-1] + measured - expected)
-    pairs = []
-    if case.deck.axis in "xyz":
-        plane, further = wall_plane(case), (measured - expected) / case.units.length
-        pairs = [(plane + float(case.deck.direction.sum()) * further, plane)]
+    plane, further = wall_plane(case), (measured - expected) / case.units.length
     room = case.least(GAP_SHARE) * case.near[-1] + case.rounded
+    pairs = [(plane + case.sign * further, plane)]
     yield Number(measured, expected, room, 0.0, {"opening": opening}, stands=pairs,
                  at=wall.command, note=_FROM_LAST)  # fmt: skip
 
@@ -554,10 +552,10 @@ def _wall(case: Case) -> Iterator[Number]:
         plane = _PLANE.match(command.text)
         if not command.carried_out or plane is None or plane[1] != deck.axis:
             continue
-        k, last = "xyz".index(deck.axis), float(scene.granules.position[-1])
+        origin, last = deck.origin[case.along], float(scene.granules.position[-1])
         expected = float(scene.granules.radius[-1] + case.twin.opening[-1])
         surfaces = [
-            (float(word) * case.units.length - deck.origin[k]) * deck.direction[k] - last
+            (float(word) * case.units.length - origin) * case.sign - last
             for word in plane.groups()[1:] if NUMBER.fullmatch(word)
         ]  # fmt: skip
         measured = min(surfaces, key=lambda surface: abs(surface - expected), default=math.nan)
