@@ -69,10 +69,7 @@ def _made(deck: FoundDeck, kind: str) -> list[list[str]]:
 
 
 def _on_granule(deck: FoundDeck, granule: int, command: str) -> list[str]:
-    """Return a command for a single granule, in which ``{group}`` stands for its group.
-
-    The group is one of the deck's, or a new one, whose command then comes first.
-    """
+    """Return a command with the group of a granule as ``{group}``; a new group comes first."""
     groups = [words[1:] for words in _made(deck, "group")]
     names, alone = [name for name, *_ in groups], ["id", str(int(deck.ids[granule]))]
     for name, *rest in groups:
@@ -251,10 +248,7 @@ def piston_commands(case: Case) -> list[str] | None:
 
 
 def shock_commands(case: Case) -> list[str] | None:
-    """Return the variable of the scene's shock and its fix; None for a table of many rows.
-
-    The text is empty without a force.
-    """
+    """Return the variable of the scene's shock and its fix, if any; None for many rows."""
     if not case.scene.ramps:
         return []
     # Most rows of a table that are written as one formula (chosen)
@@ -298,17 +292,14 @@ def _without(case: Case, indices: Iterable[int]) -> Changes:
 
 
 def _whole(case: Case, lines: Sequence[str], old: Sequence[int]) -> Iterator[Changes]:
-    """Yield changes that put lines in place of old commands, or before the deck's first run.
-
-    New fixes keep the names of those that they replace.
-    """
+    """Yield changes that put lines in place of old commands, or before the deck's first run."""
     commands, lines = case.deck.commands, list(lines)
     while old and lines and commands[old[0]].text.split() == lines[0].split():
         old, lines = old[1:], lines[1:]
     fixes = (commands[k].text.split()[1] for k in old if commands[k].text.startswith("fix "))
     for k, line in enumerate(lines):
         words = line.split()
-        if words[0] == "fix":
+        if words[0] == "fix":  # a new one keeps the name of the one that it replaces
             lines[k] = " ".join(["fix", next(fixes, words[1]), *words[2:]])
     gone = _without(case, old)
     if old:

@@ -151,14 +151,11 @@ CLASSIC = "gran/hooke", "gran/hooke/history", "gran/hertz/history"
 
 @dataclass(frozen=True)
 class Law:
-    """A contact law as a deck states it: the command, its normal model and its numbers.
-
-    The second number is the damping.
-    """
+    """A contact law as a deck states it."""
 
     command: Command
-    normal: str
-    numbers: tuple[str, ...]
+    normal: str  # its normal model
+    numbers: tuple[str, ...]  # the second is the damping
 
 
 class Deck:
@@ -273,10 +270,7 @@ class Deck:
 
     @cached_property
     def pushes(self) -> dict[int, FloatArray]:
-        """The largest force of each ``fix addforce`` on each granule, by the index of its command.
-
-        Shape (granules, 2): along the chain and across.
-        """
+        """Largest force of each ``fix addforce``, (granules, 2): along and across, by command."""
         fixes = () if self.applied is None else self.applied.fixes
         return {fix.command: fix.largest for fix in fixes if fix.style == "addforce"}
 
@@ -615,10 +609,7 @@ def motion(deck: Deck) -> Found:
 
 
 def lattice_units(deck: Deck) -> Found:
-    """Velocities are in lattice spacings per unit of time, unless ``units box`` is given.
-
-    A ``v_name`` is in units of the deck (LAMMPS's documentation of ``velocity``).
-    """
+    """Velocities are in lattice spacings per unit of time, without ``units box`` or ``v_name``."""
     spacing: Command | None = None
     for command in deck.named("lattice", "velocity", "fix"):
         if command.name == "lattice":

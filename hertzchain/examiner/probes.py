@@ -456,10 +456,7 @@ def _stiffness(case: Case) -> Iterator[Number]:
 
 
 def _moduli(case: Case, k: int, ratio: float) -> Pairs:
-    """Numbers that alone make a contact so many times too stiff: its modulus, E or nu of granules.
-
-    They are those of one granule, or of all like granules.
-    """
+    """Numbers that alone make a contact so many times too stiff: its modulus, E or nu."""
     granules, unit = case.scene.granules, case.units.pressure
     softness = 1 / case.reduced_modulus(k)
     pairs = [(4 / 3 * ratio / softness / unit, 4 / 3 / softness / unit)] if ratio > 0 else []
@@ -467,6 +464,7 @@ def _moduli(case: Case, k: int, ratio: float) -> Pairs:
         modulus = float(granules.young_modulus[granule])
         poisson = float(granules.poisson_ratio[granule])
         of_granule = (1 - poisson**2) / modulus
+        # Of all like granules, or of this one.
         for wrong in (of_granule / ratio, of_granule + softness / ratio - softness):
             if wrong > 0:
                 pairs.append(((1 - poisson**2) / wrong / unit, modulus / unit))
@@ -686,13 +684,10 @@ def _constant_across(case: Case) -> Iterator[Number]:
 
 
 def _shows_in_motion(case: Case, fix: FoundFix) -> tuple[Indices, Indices]:
-    """Granules on which a fix exerts a force only in motion, along and across the chain.
-
-    Granules with prescribed motion and fixed ones do not count, as forces do not move them.
-    """
+    """Granules on which a fix exerts a force only in motion, along and across the chain."""
     # Readings of one force at other times differ by less (chosen)
     more = fix.largest_in_motion > 1.1 * fix.largest + ACTS * case.scene.units.force
-    more[:, 0] &= ~case.deck.driven
+    more[:, 0] &= ~case.deck.driven  # a force does not move these, nor fixed ones
     fixed = case.scene.granules.fixed
     more[fixed[fixed < len(more)], 0] = False
     return np.flatnonzero(more[:, 0]), np.flatnonzero(more[:, 1])
@@ -768,10 +763,7 @@ def _across(case: Case) -> Iterator[Number]:
 
 
 def _pushed(case: Case) -> tuple[FloatArray, Indices, float]:
-    """Largest applied force on each granule, pushed granules other than the scene's, and a limit.
-
-    Forces are in N; those below the limit do not count.
-    """
+    """Largest force on each granule [N], pushed ones other than the scene's, and the least."""
     largest = np.max(np.abs(case.deck.applied_force), axis=0, initial=0.0)
     least = case.least(ACTS) * case.scene.units.force
     at = np.flatnonzero(largest > least)
