@@ -56,14 +56,9 @@ class ExternalEngine(ABC):
     The subclass defines how one run with given steps is started and read.
     """
 
-    LABEL: ClassVar[str]
-    """Name of the code in messages."""
-
-    FASTEST: ClassVar[tuple[float, float]]
-    """Time of a step, and additional time for each granule, on a fast machine [s]."""
-
-    TERMS: ClassVar[tuple[str, ...]] = ()
-    """Terms that the code can simulate, by their names in ``Scene.terms``."""
+    LABEL: ClassVar[str]  # name of the code in messages
+    FASTEST: ClassVar[tuple[float, float]]  # time of a step, and more for each granule [s]
+    TERMS: ClassVar[tuple[str, ...]] = ()  # terms that the code has, by their names in Scene.terms
 
     dt: float | None  # largest step [s]; None for one with an estimated error of at most ``rtol``
     read_every: int | None  # steps between readings, in the coarsest run; None for 0.3 time units
@@ -451,17 +446,11 @@ class Found:
 class ProgramEngine(ExternalEngine):
     """A code that is a program: it reads one file, and writes its readings to others."""
 
-    FILE: ClassVar[str]
-    """Name of the deck in the folder in which the program runs."""
-
-    INSTALL: ClassVar[str]
-    """Command that installs the program."""
-
+    FILE: ClassVar[str]  # name of the deck in the folder in which the program runs
+    INSTALL: ClassVar[str]  # command that installs the program
+    ENVIRONMENT: ClassVar[dict[str, str]] = {}  # environment variables of the program
+    # Module whose ``watched`` writes decks that print samples, and ``deck`` one with peaks.
     WRITER: ClassVar[ModuleType]
-    """Module whose ``watched`` writes decks that print readings, and ``deck`` one with peaks."""
-
-    ENVIRONMENT: ClassVar[dict[str, str]] = {}
-    """Environment variables of the program."""
 
     dt: float | None = None
     read_every: int | None = None
