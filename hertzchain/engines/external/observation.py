@@ -29,10 +29,8 @@ _HEADER = 9  # lines before the granules of a frame: step, count, box, names of 
 
 def read_frames(path: Path, columns: tuple[str, ...]) -> tuple[FloatArray, FloatArray]:
     """Read a whole dump: steps, (frames,), and values, (frames, columns, granules)."""
-    blocks = list(read_blocks(path, columns))
-    return np.concatenate([steps for steps, _ in blocks]), np.concatenate(
-        [values for _, values in blocks]
-    )
+    steps, values = zip(*read_blocks(path, columns), strict=True)
+    return np.concatenate(steps), np.concatenate(values)
 
 
 def read_blocks(
