@@ -48,14 +48,6 @@ def test_values_may_be_those_of_numpy_and_pandas() -> None:
     assert by_numpy.to_dict() == design(SHORT, drawn, samples=4, seed=3).to_dict()
 
 
-def test_columns_are_the_same_whoever_typed_the_scene() -> None:
-    typed = hc.Scene(hc.Chain(12, 1, 10**20, 0, 7800), hc.Pulse("cosine", 100, 2, momentum_ratio=1))
-    table = hc.sweep(typed, {"shock.momentum_ratio": [1, 2]}).to_frame()
-    kinds = hc.sweep(SHORT, {"shock.momentum_ratio": [1.0, 2.0]}).to_frame().dtypes
-    assert table.dtypes.to_dict() == kinds.to_dict()
-    assert table["failure"].isna().all()
-
-
 def test_granules_are_whole_and_each_once_and_sections_may_be_left_out() -> None:
     layout = design(SHORT, {"chain.granules": "2:10:20:log"})
     assert [scene.chain.granules for scene in all_scenes(layout)] == list(range(2, 11))
@@ -206,11 +198,6 @@ def test_parts_are_all_scenes_once_and_none_is_too_large(granules: int) -> None:
         sizes = [part.stop - part.start for part in chunks]
         assert max(sizes) == part_size(layout, backend)
         assert max(sizes) * granules <= MOST_PEAKS or max(sizes) == 1
-
-
-def test_the_longest_chain_limits_what_a_part_has() -> None:
-    layout = design(SHORT, {"momentum_ratio": "0.1:10:5000", "granules": [2, 1000]})
-    assert part_size(layout, hc.Native()) == MOST_PEAKS // 1000
 
 
 @pytest.mark.parametrize(("dimensions", "seed"), [(1, 0), (33, 1), (256, 5), (257, 5)])

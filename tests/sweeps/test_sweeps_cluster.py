@@ -82,14 +82,6 @@ def worker(
         yield process
 
 
-def await_workers(address: str, count: int) -> None:
-    """Wait until a scheduler has so many workers."""
-    from distributed import Client
-
-    with Client(address, set_as_default=False) as client:
-        client.wait_for_workers(count, timeout=_PATIENCE)
-
-
 SCENE = paper_scene("cosine-triangular", 2.0, 2.0, granules=16)
 RATIOS = {"shock.momentum_ratio": "0.5:4:16:log"}
 LAMMPS = hc.Lammps(rtol=1e-2)
@@ -110,16 +102,6 @@ def sweep(
     return hc.sweep(SCENE, RATIOS, backends=backends, peaks=True, scheduler=address, **more)  # type: ignore[arg-type]
 
 
-def assert_same(sweep: hc.Sweep, other: hc.Sweep) -> None:
-    assert_frame_equal(sweep.to_frame(), other.to_frame(), check_exact=True)
-    assert_frame_equal(sweep.peaks_to_frame(), other.peaks_to_frame(), check_exact=True)
-
-
-@pytest.fixture(scope="module")
-def local() -> hc.Sweep:
-    return sweep()
-
-
 PARTS = 16
 
 
@@ -137,25 +119,27 @@ def done_parts(folder: Path) -> int:
 
 @pytest.mark.slow
 @pytest.mark.lammps
-@pytest.mark.parametrize("end", [kill, subprocess.Popen.terminate])
-def test_a_worker_that_ends_in_the_middle_changes_nothing(
-    lonely: str, tmp_path: Path, local: hc.Sweep, end: Callable[[subprocess.Popen[bytes]], None]
-) -> None:
-    """Killed, or told to end, as batch systems do before they kill: another takes its part."""
+def test_a_worker_that_ends_in_the_middle_changes_nothing(lonely: str, tmp_path: Path) -> None:
+    """It is killed: another takes its part."""
+    from distributed import Client
+
     with ExitStack() as stack:
         first, _second = (
             stack.enter_context(worker(lonely, tmp_path, "--no-nanny", name=name))
             for name in ("first", "second")
         )
-        await_workers(lonely, 2)
+        with Client(lonely, set_as_default=False) as client:
+            client.wait_for_workers(2, timeout=_PATIENCE)
         killed: list[int] = []
 
         def kill_it(done: int, _: int) -> None:
             if not killed and done >= 4:
                 killed.append(done)
-                end(first)
+                kill(first)
 
-        assert_same(sweep(lonely, progress=kill_it), local)
+        swept, local = sweep(lonely, progress=kill_it), sweep()
+        assert_frame_equal(swept.to_frame(), local.to_frame(), check_exact=True)
+        assert_frame_equal(swept.peaks_to_frame(), local.peaks_to_frame(), check_exact=True)
         assert killed
         assert killed[0] < local.rows
 
