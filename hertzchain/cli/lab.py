@@ -164,8 +164,7 @@ def judge(
     """
     from hertzchain.pulses.recording import read_columns
     from hertzchain.report.documents import document_of
-    from hertzchain.uncertainty.shown import of_validation
-    from hertzchain.uncertainty.validation import SEEN, validate
+    from hertzchain.uncertainty.validation import SEEN, of_validation, validate
     from hertzchain.verdict.results import is_train, judge_trains
     from hertzchain.verdict.results import judge as judge_peaks
     from hertzchain.verdict.traces import is_traces, judge_traces, names_in
@@ -364,7 +363,7 @@ def spread(
     """
     from hertzchain.report.files import check_format, write_result
     from hertzchain.uncertainty import spread as spreads
-    from hertzchain.uncertainty.shown import plot_spread, print_spread
+    from hertzchain.uncertainty.spread import plot_spread, print_spread
 
     check_format(output, "result")
     check_files([scene], result=output, plot=picture.plot)

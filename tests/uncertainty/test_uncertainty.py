@@ -15,9 +15,8 @@ from hertzchain.errors import SceneError
 from hertzchain.report.console import plain_text
 from hertzchain.scene.terms import Uncertain
 from hertzchain.uncertainty import validation
-from hertzchain.uncertainty.shown import of_validation, print_spread
-from hertzchain.uncertainty.spread import Realisations, first_order
-from hertzchain.uncertainty.validation import compared_numbers
+from hertzchain.uncertainty.spread import Realisations, first_order, print_spread
+from hertzchain.uncertainty.validation import compared_numbers, of_validation
 from hertzchain.verdict.traces import PEAK, Number
 from tests.command_line import Command
 from tests.conftest import STEEL
