@@ -394,7 +394,7 @@ def sweep(
 
 def settings(backend: Backend) -> dict[str, Any]:
     """Return the settings of a backend that change numbers, as a JSON object."""
-    of_runs = {"time_limit", "isolated", "peaks_only"}
+    of_runs = {"time_limit", "peaks_only"}
     names = [field.name for field in fields(backend) if field.name not in of_runs]
     kept = {name: getattr(backend, name) for name in names}
     lmp = {"lmp": str(kept["lmp"])} if kept.get("lmp") is not None else {}

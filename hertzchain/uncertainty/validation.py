@@ -14,8 +14,8 @@ from hertzchain.arrays import FloatArray
 from hertzchain.limits import TIME_LIMIT
 from hertzchain.observables.result import context_of
 from hertzchain.progress import ShowProgress
+from hertzchain.report.contents import of_traces
 from hertzchain.report.document import Document, Failure, Table, Verdict, number
-from hertzchain.report.documents import of_traces
 from hertzchain.scene.scene import SceneLike, to_scene
 from hertzchain.shown import ShownVerdict
 from hertzchain.uncertainty.spread import REALISATIONS, Spread, name_of, spread

@@ -73,7 +73,7 @@ def test_a_sweep_that_is_there_is_not_measured_again_and_what_is_half_written_is
 @pytest.mark.parametrize(
     ("backend", "other", "same"),
     [
-        (hc.Lammps(), hc.Lammps(isolated=True), True),
+        (hc.Lammps(), hc.Lammps(time_limit=9.0), True),
         (hc.Native(), hc.Native(peaks_only=True), True),
         (hc.Lammps(), hc.Lammps(extrapolated=True), False),
         (hc.Native(), hc.Native("rk4"), False),
