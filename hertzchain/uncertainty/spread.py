@@ -132,17 +132,11 @@ def first_order(inputs: Sequence[Uncertain], places: FloatArray, values: FloatAr
     """Return first-order Sobol indices of results, shape (inputs, results).
 
     They are the parts of the variance that functions of single inputs explain: a line, and Legendre
-    polynomials of the input's place in its distribution, fitted by least squares to the
+    polynomials of the input's place in its distribution, 0 to 1, fitted by least squares to the
     realisations, without further runs. The rest up to 1 is due to scatter and to inputs acting
-    together.
-
-    Parameters
-    ----------
-    inputs, places
-        The inputs, and their places in their distributions, 0 to 1, shape (realisations, inputs).
-    values
-        Results, shape (realisations, results). NaN where all are the same, and for all if there
-        are fewer than ``FOR_SHARES`` realisations an input.
+    together. ``places`` has shape (realisations, inputs), ``values`` (realisations, results). NaN
+    where all are the same, and for all if there are fewer than ``FOR_SHARES`` realisations an
+    input.
     """
     count, results = values.shape
     if not inputs:

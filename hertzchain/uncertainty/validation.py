@@ -38,20 +38,11 @@ SEEN = 0.1
 def compared_numbers(numbers: Sequence[Number], of_input: Sequence[float]) -> pandas.DataFrame:
     """Return measured numbers against those of the scene, as in ASME V&V 20: a row for each.
 
-    Parameters
-    ----------
-    numbers
-        Both numbers, with the bound on the error of the run and the deviation by noise.
-    of_input
-        Standard uncertainties by those of the scene's values, in the units of the numbers.
-
-    Returns
-    -------
-    pandas.DataFrame
-        name; simulated, measured and their difference error; standard uncertainties u_numerical
-        (the bound counts as half a uniform width), u_input, u_measured, and u_validation, of all
-        three if independent; error_over_u, without sign; seen_from, the least relative difference
-        that would be detected in 95 of 100 experiments; largest, the uncertainty to reduce first.
+    ``of_input`` has standard uncertainties by those of the scene's values. Columns are name;
+    simulated, measured and their difference error; standard uncertainties u_numerical (the bound
+    of the run counts as half a uniform width), u_input, u_measured, and u_validation, of all three
+    if independent; error_over_u, without sign; seen_from, the least relative difference that would
+    be detected in 95 of 100 experiments; largest, the uncertainty to reduce first.
     """
     import pandas
 
