@@ -14,7 +14,6 @@ import numpy as np
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.native.backend import Native
 from hertzchain.errors import SceneError, require
-from hertzchain.fits.instrument import is_hum, is_of_instrument, unit_of_key
 from hertzchain.fits.model import (
     SLOPE_RTOL,
     Free,
@@ -22,8 +21,11 @@ from hertzchain.fits.model import (
     OfPeaks,
     OfTraces,
     free_of,
+    is_hum,
+    is_of_instrument,
     lasting,
     limits_of,
+    unit_of_key,
     with_unit,
 )
 from hertzchain.limits import TIME_LIMIT, Deadline

@@ -11,7 +11,7 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.errors import SceneError
-from hertzchain.fits.instrument import drooped
+from hertzchain.fits.model import drooped
 from tests.command_line import Command
 from tests.fits.test_fit import FREE, START, TRUE, TRUTH, experiment, peaks_of
 
