@@ -79,7 +79,7 @@ class Section:
         """Rows that pass, or those that fail."""
         rows = [_cells(entry) for entry in self.outcome.rows if entry.passed == passed]
         caption = "Rows that pass" if passed else "Rows that fail"
-        return Table(caption, (*CHECKED, "times"), rows, 2)
+        return Table("", caption, (*CHECKED, "times"), rows, 2)
 
 
 def write_outcome(folder: Path, outcome: Outcome) -> Section:

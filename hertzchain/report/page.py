@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from hertzchain.arrays import apart
 from hertzchain.files import write_text
-from hertzchain.report.document import Document, Section, Table, describe, difference
+from hertzchain.report.document import Document, Table, describe, difference
 from hertzchain.report.files import check_format
 
 if TYPE_CHECKING:
@@ -47,51 +47,28 @@ def _check_row(check: Check) -> list[str]:
 
 def _peak_table(document: Document) -> Table:
     """Return the table of peaks, of the first contacts in a long chain."""
-    header = [f"{label} {unit}".strip() for label, unit in document.peaks.columns]
-    if not document.peaks.of_contacts:
-        rows = [document.peaks.row(k) for k in document.peaks.shown]
-        return Table(document.peaks.heading, header, rows, 1)
-    size = document.native.contact.size
-    rows = [document.peaks.row(k) for k in range(min(size, _MOST_ROWS))]
+    peaks, size = document.peaks, document.native.contact.size
+    header = [f"{label} {unit}".strip() for label, unit in peaks.columns]
+    if not peaks.of_contacts:
+        return Table("Peak forces", peaks.heading, header, [peaks.row(k) for k in peaks.shown])
+    rows = [peaks.row(k) for k in range(min(size, _MOST_ROWS))]
     caption = "Peak force of each contact"
     if size > _MOST_ROWS:
         caption = f"Peak force of the first {_MOST_ROWS} of {size:,} contacts; all are in the JSON"
-    return Table(caption, header, rows, 0)
+    return Table("Peak forces", caption, header, rows, 0)
 
 
-def _sections(document: Document) -> list[Section]:
-    """Return the sections between the figure of a page and its scene."""
-    sections = []
-    if document.facts:
-        facts = Table("All contacts together", (), document.facts, 2)
-        said = () if document.verdict.sentence else [f"{text}." for text in document.remarks]
-        sections.append(Section("Summary", facts, said))
-    sections.append(Section("Peak forces", _peak_table(document)))
-    if document.pulses is not None:
-        sections.append(Section("Pulses", document.pulses))
-    if document.checks:
-        rows = [_check_row(check) for check in document.checks]
-        checks = Table(
-            "Each check: a number beside the one it should be",
-            (*CHECKED, "of the tolerance"),
-            rows,
-            2,
-        )
-        only = "The verdict rests on these and on nothing else; the formulas never decide."
-        sections.append(Section("Checks", checks, [only]))
-    if (answers := document.answers) is not None:
-        of_run = (
-            "The number of steps is of the run itself; time is of the whole call, with the runs"
-            " that find its step and its error."
-        )
-        said = [" ".join([of_run, *(f"{note}." for note in document.notes)])]
-        if "formulas" in answers.header:
-            said.append(
-                "p: granules in the transition; F_SW: peak force of contact p + 1. The formulas are"
-                " given p and F_SW of native."
-            )
-        sections.append(Section(answers.caption, answers, said))
-    return sections
+def _tables(document: Document) -> list[Table]:
+    """Return the tables between the figure of a page and its scene."""
+    said = () if document.verdict.sentence else [f"{text}." for text in document.remarks]
+    facts = Table("Summary", "All contacts together", (), document.facts, 2, said)
+    only = "The verdict rests on these and on nothing else; the formulas never decide."
+    rows = [_check_row(check) for check in document.checks]
+    header = (*CHECKED, "of the tolerance")
+    caption = "Each check: a number beside the one it should be"
+    checks = Table("Checks", caption, header, rows, 2, [only])
+    tables = [facts, _peak_table(document), checks, *document.tables]
+    return [table for table in tables if table.rows]
 
 
 def page_of(document: Document, file: str = "scene.toml", given: str = "") -> str:
@@ -114,7 +91,7 @@ def page_of(document: Document, file: str = "scene.toml", given: str = "") -> st
             "it": document,
             "pictures": pictures(partial(figure_of, document)),
             "caption": _caption(document),
-            "sections": _sections(document),
+            "tables": _tables(document),
             "texts": [(path.name, text) for path, text in reversed(texts.items())],
             "versions": list(versions.items()),
             "numbers": document.numbers(),

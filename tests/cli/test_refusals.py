@@ -42,9 +42,10 @@ run scene.toml --isolate => --isolate is for --backend lammps: add that
 run scene.toml --lmp lmp => --lmp is for --backend lammps: add that, or leave --lmp out
 run scene.toml --ranks 2 => --ranks is for --backend lammps: add that, or leave --ranks
 run scene.toml --backend lammps --lmp /no/lmp => /no/lmp is missing or not a program
-compare scene.toml --ranks 2 => --ranks needs a LAMMPS binary, as the lammps module runs
-compare scene.toml --ranks 0 => --ranks = 0: must be at least 1
-compare scene.toml --lmp lmp --isolate => --isolate is for the lammps module
+compare scene.toml --ranks 2 => ranks = 2: the lammps module runs on one process: name also a LAMMPS binary
+compare scene.toml --ranks 0 => ranks = 0: must be at least 1
+compare scene.toml --lmp lmp --isolate => a LAMMPS binary always has its own process: leave out isolated, or lmp
+run scene.toml --record 1 -o a.csv => --record = 1: must be at least 2
 compare scene.toml --time-limit nan => --time-limit = 'nan': must be a finite number above
 compare scene.toml --plot plot.xyz => plot.xyz; png; svg
 compare scene.toml --backend native --junit scene.toml => name
@@ -56,7 +57,7 @@ judge scene.toml peaks.csv --column F => --column F: must be NAME=VALUE
 judge scene.toml peaks.csv peaks.csv => peaks.csv; is not a LAMMPS dump
 judge scene.toml none.csv => none.csv; cannot be read
 judge scene.toml peaks.csv --report report.pdf => report.pdf; .html or .htm
-judge scene.toml in.steel_plain => in.steel_plain: is a LAMMPS input
+judge scene.toml in.steel_plain => in.steel_plain: ; must
 examine steel.toml in.steel_plain --var a => --var; NAME
 examine steel.toml in.steel_plain --var a=1 --var a=2 => --var a
 examine steel.toml in.steel_plain --tolerance 2 => tolerance; below 1
