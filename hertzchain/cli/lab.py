@@ -200,7 +200,7 @@ class FitOptions(options.TraceOptions):
 
 def fit(
     scene: Path,
-    traces: list[Path],
+    files: list[Path],
     *,
     free: list[str],
     tie: list[str] | None = None,
@@ -215,7 +215,7 @@ def fit(
 
     Options
     -------
-    traces FILE: Forces over time, as for judge: time_s, gauge_16_N, contact_10_N, wall_N,
+    files FILE: Forces over time, as for judge: time_s, gauge_16_N, contact_10_N, wall_N,
         near_wall_N, or any with --column; or peaks: contact, peak_force_N; several files are fitted
         at once.
     free KEY: A key of the scene to be fitted, such as chain.young_modulus, with a range where
@@ -233,7 +233,7 @@ def fit(
     ties = options.by_name("--tie", tie, "chain.granules='0.2 / (2 * chain.radius)'")
     with working() as report_progress:
         fitted = fits.fit(
-            loaded, traces, how.with_hum(free), ties=ties, columns=how.columns, clock=how.clock,
+            loaded, files, how.with_hum(free), ties=ties, columns=how.columns, clock=how.clock,
             time_limit=limit, progress=report_progress,
         )  # fmt: skip
     return Answer(

@@ -398,7 +398,8 @@ def _table_in(text: str, file: str) -> pandas.DataFrame:
             )  # fmt: skip
     except (ValueError, pandas.errors.ParserWarning) as problem:
         said = " ".join(str(problem).split())
-        raise SceneError("", None, f"is no CSV file ({said})", file=file) from None
+        allowed = f"is no CSV file ({said}), must be one with {' and '.join(COLUMNS)}, or a dump"
+        raise SceneError("", None, allowed, file=file) from None
     table.columns = [str(name).strip() for name in table.columns]
     for name in set(COLUMNS) & set(table.columns) if separator != "," else ():
         words = table[name]
