@@ -13,7 +13,7 @@ import pytest
 import hertzchain as hc
 from hertzchain import theory
 from hertzchain.engines import liggghts, yade
-from hertzchain.engines.external.rescaling import Softening
+from hertzchain.engines.external.accuracy import Softening
 from hertzchain.errors import HertzchainError
 from hertzchain.examiner.measured import applied_force
 from hertzchain.known.answer import lammps_deck, program_deck

@@ -39,13 +39,12 @@ def deck(
     dt: str | None = None,
     watch_every: int | None = None,
     pair_style: PairStyle = GRANULAR,
-    dump_every: int = 0,
 ) -> list[Written]:
     """Write a deck of a scene for LAMMPS, LIGGGHTS or Yade.
 
     The deck finds the peak forces by itself. A deck for LAMMPS compares them with the true ones and
     says PASS or FAIL; the others write peaks.csv for hertzchain judge. Pair style
-    gran/hertz/history is for granules of one material, elastic or with viscoelastic damping.
+    gran/hertz/history is for elastic granules of one material.
 
     Options
     -------
@@ -54,7 +53,6 @@ def deck(
     watch_every STEPS: Steps between two samples of the overlaps; 0: none, and no verdict. Default:
         0.005 natural time units.
     pair_style: Pair style of LAMMPS for Hertz's law.
-    dump_every STEPS: Steps between two states for OVITO; 0: none.
     """
     from hertzchain.known import answer
 
@@ -64,7 +62,6 @@ def deck(
         engine is LAMMPS,
         watch_every=watch_every is not None,
         pair_style=pair_style is not GRANULAR,
-        dump_every=dump_every != 0,
     )
     longest = options.to_seconds("--dt", dt)
     with working() as report_progress:
@@ -72,7 +69,7 @@ def deck(
         if engine is LAMMPS:
             text = answer.lammps_deck(
                 loaded, longest, rtol, scene.stem, watch_every=watch_every,
-                pair_style=pair_style.value, dump_every=dump_every,
+                pair_style=pair_style.value,
                 name="THIS_FILE" if output is None else output.name,
             )  # fmt: skip
         else:

@@ -50,24 +50,18 @@ NATIVE = Backend("native")
 
 @dataclass(frozen=True)
 class LammpsOptions:
-    """How LAMMPS runs.
+    """How LAMMPS runs."""
 
-    Options
-    -------
-    isolate: Run LAMMPS in a separate process: a crash of it is only an error.
-    """
-
-    isolate: bool = False
     lmp: str | None = None
     ranks: int | None = None
 
     def parameters(self, runs: bool) -> dict[str, Any]:
         """Return keywords of ``hertzchain.Lammps``; without LAMMPS, refuse its options."""
         if not runs:
-            refuse_without_need(False, isolate=self.isolate, lmp=self.lmp, ranks=self.ranks)
+            refuse_without_need(False, lmp=self.lmp, ranks=self.ranks)
             return {}
         ranks = 1 if self.ranks is None else self.ranks
-        return {"isolated": self.isolate, "lmp": named_binary(self.lmp), "ranks": ranks}
+        return {"lmp": named_binary(self.lmp), "ranks": ranks}
 
 
 @dataclass(frozen=True)
@@ -267,8 +261,8 @@ def by_name(option: str, given: Sequence[str] | None, example: str) -> dict[str,
 
 
 _NEEDS = {
-    **dict.fromkeys(("isolate", "lmp", "ranks"), "is for --backend lammps"),
-    **dict.fromkeys(("watch_every", "pair_style", "dump_every"), "is for --engine lammps"),
+    **dict.fromkeys(("lmp", "ranks"), "is for --backend lammps"),
+    **dict.fromkeys(("watch_every", "pair_style"), "is for --engine lammps"),
     **dict.fromkeys(("no_shift", "column"), "is for measured traces"),
     "hum": "is for --free gauge_6.hum",
     "record": "goes with -o, --plot, --report or --traces FILE",

@@ -235,7 +235,7 @@ def compare(
     as_written: Compare native with Eq. 1 as written, by SciPy, also where this takes more than a
         second or two.
     """
-    from hertzchain.engines.external.step_error import usual_accuracy
+    from hertzchain.engines.external.accuracy import usual_accuracy
     from hertzchain.engines.native.duration import with_end
     from hertzchain.report.contents import document_of
     from hertzchain.report.files import plot_times
