@@ -99,6 +99,7 @@ plot swept --x LM_ratio --y p --where backend=native --where backend=lammps => -
 plot . --x LM_ratio --y p => .: is not a sweep, must be what hertzchain sweep -o wrote
 plot no --x LM_ratio --y p => no: is not a sweep, must be what hertzchain sweep -o wrote
 plot begun --x LM_ratio --y p => not measured yet
+fit scene.toml tiny.csv --free chain.density --own-clocks --no-shift => --own-clocks: cannot go with --no-shift; leave one
 fit scene.toml tiny.csv --free chain.density => peak forces: must be from 1e-60 to 1e+60 N
 pulse scope.csv => column 2 (CH1) is in V; --scale
 pulse scope.csv -o scope.csv --scale 25 => scope.csv: is an input, and must not be overwritten

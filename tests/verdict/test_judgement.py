@@ -116,7 +116,9 @@ def test_incident_peaks_are_judged_as_first_pulses() -> None:
     ruling = hc.judge(walled, given, tolerance=1e-6)
     assert (ruling.verdict, ruling.compared_with) == ("pass", "first pulses")
     assert ruling.to_dict()["compared_with"] == "first pulses"
-    assert np.count_nonzero(ruling.judged) == 8
+    assert ruling.summary.startswith(
+        "0 of 8 contacts differ by more than 1.0e-06 from the first pulses of the reference, the"
+    )
     # A tenth of them would fail against the largest forces, most of which are reflected.
     largest = hc.Native(rtol=1e-9).run(walled).peak_force
     assert np.all(np.abs(given[1:9] / largest[1:9] - 1) > 1e-3)

@@ -75,33 +75,17 @@ MISTAKES: dict[str, tuple[hc.Scene, Plant]] = {
         replace(WALLED, contact=LAWS["restitution"]),
         in_set_up(('restitution string 0.8"', 'restitution string 0.800001"')),
     ),
-    "restitution asked of tsuji": (
-        replace(WALLED, contact=LAWS["restitution"]),
-        in_set_up(("string coeff_restitution", "string tsuji")),
-    ),
     "contacts that pull": (
         replace(WALLED, contact=hc.Contact("dashpot", coefficient=500.0)),
         in_set_up((" limit_damping", "")),
-    ),
-    "contacts that do not": (
-        replace(WALLED, contact=hc.Contact("dashpot", coefficient=500.0, attraction=True)),
-        in_set_up(("damping velocity", "damping velocity limit_damping")),
     ),
     "wall without damping": (
         replace(WALLED, contact=LAWS["dashpot"]),
         in_set_up(("${k_wall} 5.0 ", "${k_wall} 0.0 ")),
     ),
-    "another law": (
-        replace(WALLED, contact=LAWS["dashpot"]),
-        in_set_up(("damping velocity", "damping viscoelastic")),
-    ),
     "the mass of one granule for that of the pair": (
         hc.Scene(UNLIKE, PULSE, contact=LAWS["viscoelastic"]),
         in_set_up(("/(v_m2*v_m3/(v_m2+v_m3))", "/v_m2")),
-    ),
-    "no damping": (
-        hc.Scene(UNLIKE, PULSE, contact=LAWS["dashpot"]),
-        in_set_up(("} 5.0 tangential", "} 0.0 tangential")),
     ),
 }
 
