@@ -48,9 +48,6 @@ def deck(
         " natural time units.",
     ),
     pair_style: PairStyle = typer.Option(GRANULAR, help="Pair style of LAMMPS for Hertz's law."),
-    dump_every: int = typer.Option(
-        0, metavar="STEPS", help="Steps between two states for OVITO; 0: none."
-    ),
 ) -> None:
     """Write a deck of a scene for LAMMPS, LIGGGHTS or Yade.
 
@@ -67,7 +64,6 @@ def deck(
         engine is LAMMPS,
         watch_every=watch_every is not None,
         pair_style=pair_style is not GRANULAR,
-        dump_every=dump_every != 0,
     )
     check_outputs([scene], [output])
     longest = options.to_seconds("--dt", dt)
@@ -76,7 +72,7 @@ def deck(
         if engine is LAMMPS:
             text = answer.lammps_deck(
                 loaded, longest, rtol, scene.stem, watch_every=watch_every,
-                pair_style=pair_style.value, dump_every=dump_every,
+                pair_style=pair_style.value,
                 name="THIS_FILE" if output is None else output.name,
             )  # fmt: skip
         else:

@@ -319,7 +319,7 @@ def by_name(option: str, given: list[str], example: str) -> dict[str, str]:
 
 NEEDS = {
     **dict.fromkeys(("isolate", "lmp", "ranks"), "is for --backend lammps"),
-    **dict.fromkeys(("watch_every", "pair_style", "dump_every"), "is for --engine lammps"),
+    **dict.fromkeys(("watch_every", "pair_style"), "is for --engine lammps"),
     **dict.fromkeys(("no_shift", "column"), "is for measured traces"),
     "hum": "is for --free gauge_6.hum",
     "record": "goes with -o, --plot, --report or --traces FILE",

@@ -240,8 +240,7 @@ def _no_chain(
     check = DeckCheck(
         "chain", "", None, None, None, False, True,
         f"the deck is not a chain: its {size} granules {kind}",
-        "its other numbers and its run are not examined: hertzchain lint has rules"
-        " for any deck", place(contents, "granules"),
+        "its other numbers and its run are not examined", place(contents, "granules"),
     )  # fmt: skip
     peaks = DeckCheck("peaks", "N", None, None, None, False, True, "the deck was not run",
                       "it is not a chain", check.place)  # fmt: skip
