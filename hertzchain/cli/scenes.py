@@ -12,9 +12,9 @@ from hertzchain.cli.options import AsJson, PictureOptions, SceneFile, load_scene
 from hertzchain.cli.output import UNUSABLE, check_files, compiling, progress, say, show, write_file
 from hertzchain.errors import OutputError
 from hertzchain.files import check_outputs
-from hertzchain.scene.starters import STARTERS, files_of, write_starter
+from hertzchain.scene.starters import NAMES, files_of, title_of, write_starter
 
-Kind = StrEnum("Kind", {name.upper(): name for name in STARTERS})  # type: ignore[misc]
+Kind = StrEnum("Kind", {name.upper(): name for name in NAMES})  # type: ignore[misc]
 """The scenes to start from, as choices of an option."""
 
 PULSE = Kind("pulse")
@@ -36,7 +36,7 @@ def init(
     if there := [file for file in files if file.exists()]:
         raise OutputError(f"{there[0]}: exists; name another file, or delete it")
     written = write_starter(kind.value, path)
-    typer.echo(f"{' and '.join(map(str, written))}: {STARTERS[kind.value].title}")
+    typer.echo(f"{' and '.join(map(str, written))}: {title_of(kind.value)}")
     typer.echo(f"Change it in an editor, then: hertzchain compare {shlex.quote(str(path))}")
 
 
