@@ -43,14 +43,6 @@ def test_a_string_with_a_unit_is_converted(text: str, unit: str, expected: float
     assert to_si("key", text, unit) == pytest.approx(expected, rel=1e-15)
 
 
-@pytest.mark.parametrize("value", [3, 3.0, "3", "3.0", " 3 ", "+3", "0.3e1", "3."])
-@pytest.mark.parametrize("unit", ["m", "kg/m^3", ""])
-def test_a_number_without_a_unit_is_si(value: object, unit: str) -> None:
-    number = to_si("key", value, unit)
-    assert number == 3.0
-    assert type(number) is float
-
-
 @given(st.floats(allow_nan=False))
 def test_numbers_pass_unchanged(number: float) -> None:
     assert to_si("key", number, "m") == number
@@ -129,7 +121,7 @@ def test_hostile_strings_end_quickly_with_an_error(text: str) -> None:
 @pytest.mark.parametrize(
     ("unit", "given"), [(unit, given) for unit, usual in _UNITS.items() for given in usual]
 )
-@pytest.mark.parametrize("number", [1.0, 4.75, 0.1, 193.0, 7.958e-3])
+@pytest.mark.parametrize("number", [1.0, 7.958e-3])
 def test_usual_units_are_worth_what_pint_says(unit: str, given: str, number: float) -> None:
     by_pint = float(_registry().Quantity(number, given).to(unit).magnitude)
     # to_si gives 15 digits.
