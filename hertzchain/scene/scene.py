@@ -294,12 +294,10 @@ class Scene(Shown):
             If the file cannot be read, is not TOML, or does not describe a possible scene; it
             names file, key, value and what is allowed.
         """
-        path = Path(path)
-        parts = read_parts(path)
         try:
-            return cls(**parts)
+            return cls(**read_parts(Path(path)))
         except SceneError as problem:
-            raise SceneError(problem.key, problem.value, problem.allowed, path) from None
+            raise problem.in_file(Path(path)) from None
 
     def to_toml(self, path: Path | str) -> None:
         """Write a scene file that reads back as an equal scene, with its tables next to it.

@@ -401,7 +401,7 @@ def read_table(kind: type[_Kind], path: Path, name: str | None = None) -> _Kind:
     try:
         return kind(**given, file=name or str(path))  # type: ignore[call-arg]
     except SceneError as problem:
-        raise SceneError(problem.key, problem.value, problem.allowed, file=path) from None
+        raise problem.in_file(path) from None
 
 
 @dataclass(frozen=True)
