@@ -201,6 +201,7 @@ def test_deep_and_long_scenes_are_refused(tmp_path: Path, text: str) -> None:
 def test_names_of_files_are_shown_on_one_line(tmp_path: Path, name: str, text: str) -> None:
     path = _written(tmp_path / name, text.encode())
     assert repr(str(path)) in outcome(lambda: hc.Scene.from_toml(path))
+    assert str(hc.HertzchainError(name)) == repr(name)[1:-1]
 
 
 READERS: list[Callable[[Path], object]] = [hc.Scene.from_toml, read_table_of]
