@@ -11,7 +11,7 @@ REVISION ?= HEAD~1
 # Compiled Python is kept: the tests start hundreds of processes, and commands load in half the time.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: setup demo test test-all validate figures picture notebooks extremes long-run tradeoff gallery decks versions engines bench bench-before docs lint format lock clean help
+.PHONY: setup demo test test-all validate figures picture notebooks extremes tradeoff gallery decks versions engines bench bench-before docs lint format lock clean help
 
 help: ## list what there is to make
 	@grep -E '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
@@ -27,15 +27,14 @@ test: $(TOOLS) ## the test suite, without the slow ones; of one room with ROOM=s
 test-all: $(TOOLS) ## the whole test suite
 	$(BIN)/pytest -m "slow or not slow"
 
-validate: $(TOOLS) ## every figure, table and claim of the paper, both backends; a page in report/
-	$(BIN)/python validation/run_all.py --report report
+validate: $(TOOLS) ## every figure, table and claim of the paper, both backends; two minutes
+	$(BIN)/python -m validation
 
-# The page and the largest table are left out: they are quickly made again.
-figures: $(TOOLS) ## write the figures and tables of validation/results/; two minutes
-	rm -rf report
-	$(BIN)/python validation/run_all.py --report report
-	cp report/*.svg report/*.csv validation/results/
-	rm validation/results/formula_maps.csv
+# The tables of those without a figure, and the largest one, are not kept.
+figures: $(TOOLS) ## the same; write the figures and tables of validation/results/
+	$(BIN)/python -m validation -o validation/results
+	cd validation/results && rm formula_maps.csv $(addsuffix .csv,known_numbers published \
+	    precompression linear_chain restitution)
 
 picture: $(TOOLS) ## draw the picture of the README; seconds
 	$(BIN)/python docs/draw_picture.py
@@ -43,34 +42,31 @@ picture: $(TOOLS) ## draw the picture of the README; seconds
 notebooks: $(TOOLS) ## run the notebooks of docs/notebooks/ and keep what they print; seconds
 	$(BIN)/python docs/run_notebooks.py
 
-extremes: $(TOOLS) ## 12,000 random scenes at the extremes, 50,000 hard on error bounds; hours
-	$(BIN)/python validation/extremes.py -o extremes.csv --plot validation/results/extremes.png
-
-long-run: $(TOOLS) ## a wave down 90,000 granules: what drifts; two minutes
-	$(BIN)/python validation/long_run.py -o validation/results/long_run.csv \
-	    --plot validation/results/long_run.png
+extremes: $(TOOLS) ## 13,300 random scenes at the extremes; hours
+	$(BIN)/python -m validation extremes -o report
+	cp report/extremes.png validation/results/
 
 gallery: $(TOOLS) ## write the LAMMPS decks of lammps_inputs/
-	$(BIN)/python validation/gallery.py
+	$(BIN)/python -m validation.gallery
 
 decks: $(TOOLS) ## the decks of lammps_inputs/ by the LAMMPS of .venv, alone and on two processors
-	$(BIN)/python validation/lammps_versions.py --decks
+	$(BIN)/python -m validation.lammps_versions --decks
 
 versions: $(TOOLS) ## certificates of LAMMPS of 2022 to 2025, alone, on two processors, with OpenMP; minutes
-	$(BIN)/python validation/lammps_versions.py
+	$(BIN)/python -m validation.lammps_versions
 
 engines: $(TOOLS) ## LAMMPS, LIGGGHTS and Yade at the same steps; the programs must be here
-	$(BIN)/python validation/engines.py -o validation/results/engines.csv
+	$(BIN)/python -m validation engines -o report
+	cp report/engines.csv validation/results/
 
 bench: $(TOOLS) ## what accuracy costs, as ratios; on an idle machine
-	$(BIN)/python validation/benchmarks.py
+	$(BIN)/python -m validation.benchmarks
 
 bench-before: $(TOOLS) ## fail if 15 % slower than the commit before, or than REVISION=...; minutes
-	$(BIN)/python validation/bench_before.py --revision "$(REVISION)"
+	$(BIN)/python -m validation.bench_before --revision "$(REVISION)"
 
 tradeoff: $(TOOLS) ## error against cost on 24 scenes, three minutes; on an idle machine
-	$(BIN)/python validation/tradeoff.py -o validation/results/tradeoff.csv \
-	    --plot validation/results/tradeoff.png
+	$(BIN)/python -m validation tradeoff -o validation/results
 
 docs: $(TOOLS) ## the pages of docs/ as HTML, in docs/_build
 	$(BIN)/sphinx-build -W --keep-going -q -b html docs docs/_build
@@ -93,7 +89,7 @@ lock: $(TOOLS) ## write requirements.lock and requirements-dev.lock
 	$(LOCK) --group dev --constraint requirements.lock --output-file requirements-dev.lock
 
 clean: ## remove .venv and what runs leave behind
-	rm -rf $(VENV) report demo.html docs/_build .pytest_cache .mypy_cache .ruff_cache demo.png my_scene.html log.lammps in.chain peaks.csv motion.xyz result.json table2.csv limits.csv limits.png extremes.csv tradeoff.png tradeoff.csv ratios codes plane p.svg figure3
+	rm -rf $(VENV) report demo.html docs/_build .pytest_cache .mypy_cache .ruff_cache demo.png my_scene.html log.lammps in.chain peaks.csv motion.xyz result.json tradeoff.png ratios codes plane p.svg figure3
 
 # Installed as locked, the project itself without a download and without dependencies of its own.
 # Python compiles what it imports: pip would compile all of it first, which takes half of the time.

@@ -7,8 +7,6 @@ from __future__ import annotations
 
 import importlib
 
-from hertzchain.shown import Shown
-
 TYPE_CHECKING = False  # typing takes time, in which Ctrl-C is not answered
 if TYPE_CHECKING:
     from typing import Any
@@ -118,8 +116,3 @@ def __getattr__(name: str) -> Any:
         value = checked(getattr(importlib.import_module(_HOME[name]), name))
         return globals().setdefault(name, value)
     raise AttributeError(f"module 'hertzchain' has no attribute {name!r}")
-
-
-Shown.module_of_report = staticmethod(  # type: ignore[method-assign]
-    lambda name: importlib.import_module(f"hertzchain.report.{name}")
-)

@@ -94,26 +94,23 @@ def run_here(capfd: pytest.CaptureFixture[str], program: str, *arguments: object
     capfd
         Captures what is printed, by LAMMPS too.
     program
-        ``hertzchain``, or ``python`` with a script as the first argument.
+        ``hertzchain``, or ``python`` with ``-m`` and a module as the first arguments.
     arguments
         Its arguments.
     """
     given = [*map(str, arguments)]
-    path = sys.path.copy()
     with pytest.MonkeyPatch.context() as patch:
         try:
             if program == "hertzchain":
                 patch.setattr(sys, "argv", [program, *given])
                 main()
                 raise AssertionError("the command line ends with a status")
-            patch.setattr(sys, "argv", given)
-            sys.path.insert(0, str(Path(given[0]).parent.resolve()))
-            runpy.run_path(given[0], run_name="__main__")
+            assert given[0] == "-m"
+            patch.setattr(sys, "argv", given[1:])
+            runpy.run_module(given[1], run_name="__main__")
             status = 0
         except SystemExit as end:
             status = end.code if isinstance(end.code, int) else -1
-        finally:
-            sys.path[:] = path
     out, err = capfd.readouterr()
     return Outcome(status, out, without_compiling(err))
 

@@ -6,7 +6,6 @@ import functools
 import math
 import re
 from collections.abc import Callable
-from contextlib import nullcontext
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -20,15 +19,6 @@ from hertzchain.scene.shocks import profile_named
 from hertzchain.slips import in_words, slips_of, with_rise_time
 from hertzchain.theory.restitution import damping_ratio, of_ratio
 from tests.conftest import STEEL, paper_scene
-from validation.mistakes import (
-    DASHPOT_LAW,
-    MISTAKES_IN_DAMPING,
-    RESTITUTION_LAW,
-    TOLERANCE,
-    VISCOELASTIC_LAW,
-    DampingMistake,
-    by_collision,
-)
 
 SCENES = ("cosine-triangular", 2.0, 2.0, 20), ("cosine", 0.3, 2.0, 20)
 
@@ -390,48 +380,3 @@ def test_with_other_terms_damping_units_and_numbers_are_tried() -> None:
         force = peaks_of(scene)
         for given, cause in ((force / 1000, "in units of kN"), (force[::-1], "from the far end")):
             assert cause in (hc.judge(scene, dict(enumerate(given.tolist(), 2))).cause or "")
-
-
-RIGHT = [
-    *(
-        DampingMistake("none", nullcontext, law)
-        for law in (RESTITUTION_LAW, DASHPOT_LAW, VISCOELASTIC_LAW)
-    ),
-    DampingMistake("none", nullcontext, RESTITUTION_LAW, at_wall=True),
-]
-
-
-def named(mistake: DampingMistake, cause: str) -> bool:
-    """Whether a judgement of peaks to 1e-6 fails under a mistake, and names a cause first.
-
-    The pulse is so short that contacts open while the wave is near. The scene is made under the
-    mistake: it keeps what it has worked out.
-    """
-    with mistake.plant():
-        scene = replace(paper_scene("cosine", 0.5, 2.0, 16), contact=mistake.law)
-        given = exact(scene)
-    judged = hc.judge(replace(ELASTIC, contact=mistake.law), given, tolerance=1e-6)
-    return judged.verdict == "fail" and cause in (judged.cause or "").split("; or ")[0]
-
-
-@pytest.mark.parametrize("mistake", [*MISTAKES_IN_DAMPING, *RIGHT], ids=lambda it: it.what)
-def test_a_collision_sees_it(mistake: DampingMistake) -> None:
-    row = by_collision(mistake)
-    assert row.passed is (mistake not in RIGHT)
-    off = abs(row.measured - row.expected)
-    assert off > 1e4 * row.tolerance if row.passed else off < 1e-3 * TOLERANCE
-
-
-@pytest.mark.parametrize(
-    "mistake",
-    [*(pytest.param(it, marks=pytest.mark.slow) for it in MISTAKES_IN_DAMPING), *RIGHT],
-    ids=lambda it: it.what,
-)
-def test_a_judgement_names_it(mistake: DampingMistake) -> None:
-    if mistake in RIGHT:
-        assert not named(mistake, "")
-    elif mistake.cause is None:
-        # The wave passes the last contact but the wall's before it meets the wall.
-        assert mistake.at_wall
-    else:
-        assert named(mistake, mistake.cause)

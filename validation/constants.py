@@ -10,8 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas
@@ -62,19 +61,13 @@ def nesterenko_overlap(x: FloatArray) -> FloatArray:
     return np.where(inside, np.cos(math.pi * x / NESTERENKO_WIDTH), 0.0) ** 4
 
 
-def nesterenko_force_integral() -> float:
-    """Integral of the force of Nesterenko's wave, cos^6, over x: 5/16 of its width."""
-    return 5 / 16 * NESTERENKO_WIDTH
+NESTERENKO_FORCE_INTEGRAL = 5 / 16 * NESTERENKO_WIDTH
+"""Integral of the force of Nesterenko's wave, cos^6, over x."""
 
-
-def nesterenko_momentum() -> float:
-    """Momentum of Nesterenko's wave, V times the integral of cos^4 over x, 3/8 of its width.
-
-    L_SW and 53/32 are compared with this. It is not the integral of cos^6 over time, with which
-    1.543 * 1.077 is compared: the force in his equation has more terms than the 3/2 power of the
-    strain.
-    """
-    return NESTERENKO_SPEED * 3 / 8 * NESTERENKO_WIDTH
+NESTERENKO_MOMENTUM = NESTERENKO_SPEED * 3 / 8 * NESTERENKO_WIDTH
+"""V times the integral of cos^4 over x, with which L_SW and 53/32 are compared. It is not the
+integral of cos^6 over time, with which 1.543 * 1.077 is compared: the force in his equation has
+more terms than the 3/2 power of the strain."""
 
 
 # What is measured
@@ -85,8 +78,7 @@ def far_field_scene(granules: int) -> hc.Scene:
     return hc.Scene(hc.Chain(granules, **STEEL), hc.Pulse("cosine", 100.0, 6.0, 0.5))
 
 
-@dataclass(frozen=True, eq=False)
-class Wave:
+class Wave(NamedTuple):
     """A wave far from the shock, scaled to height 1."""
 
     shift: float  # time between the peaks of neighbouring contacts
@@ -135,27 +127,25 @@ def _sum(force: FloatArray) -> float:
 
 def _constants(waves: dict[str, Wave]) -> list[dict[str, object]]:
     """Yield each constant from each source."""
-    nesterenko_integral = nesterenko_force_integral() / NESTERENKO_SPEED
-    nesterenko_sum = nesterenko_momentum()
-    eq5 = paper.FORCE_INTEGRAL * paper.SHIFT
+    eq5, integral = paper.FORCE_INTEGRAL * paper.SHIFT, NESTERENKO_FORCE_INTEGRAL
+    momentum, speed = NESTERENKO_MOMENTUM, NESTERENKO_SPEED
     rows = [
-        ("V_SW, 7/10", paper.SPEED, NESTERENKO_SPEED * SPEED_UNIT, exact.speed_coefficient()),
-        ("Eq. 4b, 1.077", paper.SHIFT, 1 / NESTERENKO_SPEED, WAVE.shift),
-        ("L_SW, 139/32", 139 / 32, nesterenko_sum * MOMENTUM_UNIT,
-         exact.momentum_coefficient()),
-        ("Eq. 5, 1.543", paper.FORCE_INTEGRAL, nesterenko_force_integral(), WAVE.force_integral),
-        ("Eq. 5, 53/32", paper.WAVE_MOMENTUM, nesterenko_sum, WAVE.momentum),
-        ("Eq. 5, 1.543 * 1.077", eq5, nesterenko_integral, WAVE.momentum),
-        ("sum of velocities", math.nan, nesterenko_sum, WAVE.momentum),
-    ]  # fmt: skip
-    sources: dict[str, list[float]] = {}
-    for backend, wave in waves.items():
-        speed, along = 1 / wave.shift, wave.force
-        integral = _sum(along) * WAVE.shift / wave.shift
-        sources[backend] = [
-            speed * SPEED_UNIT, wave.shift, wave.momentum * MOMENTUM_UNIT, integral,
-            wave.momentum, wave.momentum, wave.granule_momentum,
-        ]  # fmt: skip
+        ("V_SW, 7/10", paper.SPEED, speed * SPEED_UNIT, exact.speed_coefficient()),
+        ("Eq. 4b, 1.077", paper.SHIFT, 1 / speed, WAVE.shift),
+        ("L_SW, 139/32", 139 / 32, momentum * MOMENTUM_UNIT, exact.momentum_coefficient()),
+        ("Eq. 5, 1.543", paper.FORCE_INTEGRAL, integral, WAVE.force_integral),
+        ("Eq. 5, 53/32", paper.WAVE_MOMENTUM, momentum, WAVE.momentum),
+        ("Eq. 5, 1.543 * 1.077", eq5, integral / speed, WAVE.momentum),
+        ("sum of velocities", math.nan, momentum, WAVE.momentum),
+    ]
+    sources = {
+        backend: [
+            1 / wave.shift * SPEED_UNIT, wave.shift, wave.momentum * MOMENTUM_UNIT,
+            _sum(wave.force) * WAVE.shift / wave.shift, wave.momentum, wave.momentum,
+            wave.granule_momentum,
+        ]
+        for backend, wave in waves.items()
+    }  # fmt: skip
     return [
         {"kind": "constant", "what": what, "paper": printed, "nesterenko": long_wave, "exact": true}
         | {backend: values[k] for backend, values in sources.items()}
@@ -178,7 +168,7 @@ def _profile(waves: dict[str, Wave]) -> list[dict[str, object]]:
     ]
 
 
-COLUMNS = ("kind", "what", "x", "paper", "nesterenko", "exact", "native", "lammps")
+COLUMNS = ["kind", "what", "x", "paper", "nesterenko", "exact", "native", "lammps"]
 
 
 def measure(quick: bool, with_lammps: bool) -> pandas.DataFrame:
@@ -190,9 +180,9 @@ def measure(quick: bool, with_lammps: bool) -> pandas.DataFrame:
     times = wave_times(scene)
     waves = {"native": far_field(scene, hc.Native("reference"), times)}
     if with_lammps:
-        lammps = hc.Lammps(_STEP * scene.units.time, isolated=True)
+        lammps = hc.Lammps(_STEP * scene.units.time)
         waves["lammps"] = far_field(scene, lammps, times)
-    return pandas.DataFrame([*_constants(waves), *_profile(waves)], columns=list(COLUMNS))
+    return pandas.DataFrame([*_constants(waves), *_profile(waves)], columns=COLUMNS)
 
 
 # What has to hold
@@ -340,12 +330,10 @@ _WHO = {"exact": "exact", "paper": "paper", "nesterenko": "Nesterenko"}
 _WHO |= {"native": "native", "lammps": "LAMMPS"}
 
 
-SCRIPT = Script(
-    TITLE,
-    "Which constants of the solitary wave are right, and do they agree with one another?",
-    "exact wave, native, LAMMPS, Nesterenko's long wave; the paper's Eqs. 4 and 5, L_SW and V_SW",
-    measure, promises, draw,
-)  # fmt: skip
-
-if __name__ == "__main__":
-    SCRIPT.main()
+SCRIPTS = {
+    "constants": Script(
+        TITLE,
+        "Which constants of the solitary wave are right, and do they agree with one another?",
+        measure, promises, draw,
+    )
+}  # fmt: skip

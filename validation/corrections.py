@@ -12,9 +12,9 @@ from 0 to 1 (12), follows from definitions alone: these three have no scores.
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas
@@ -27,7 +27,7 @@ from hertzchain.arrays import FloatArray
 from hertzchain.observables.wave import SMALLEST, STEADY
 from hertzchain.theory import paper
 from hertzchain.theory import solitary_wave as exact
-from validation.claims import far_field, first_within
+from validation.claims import far_field, first_steady, first_within
 from validation.script import BACKENDS, Row, Script, new_figure, row
 from validation.shipped import (
     effective_ratio,
@@ -41,39 +41,20 @@ from validation.shipped import (
 )
 
 
-@dataclass(frozen=True, eq=False)
 class Simulated:
     """A scene of Tables 2 to 4 with its peaks by one backend, forces in F0."""
 
-    scene: hc.Scene
-    peak_force: FloatArray  # of contacts 2 ... N, shape (N - 1,)
-    p: int  # by hertzchain's criterion
-
-    @property
-    def pulse(self) -> hc.Pulse:
-        """Profile, F0 and n."""
-        return pulse_of(self.scene)[0]
-
-    @property
-    def after(self) -> float:
-        """The peak of contact p + 1."""
-        return float(self.peak_force[self.p - 1])
-
-    @property
-    def far(self) -> float:
-        """The last peak that the free end does not touch."""
-        return far_field(self.peak_force)
+    def __init__(self, result: hc.Result) -> None:
+        p = result.transition_granules
+        assert p is not None  # the transition of each of these scenes ends
+        self.scene, self.p, self.pulse = result.scene, p, pulse_of(result.scene)[0]
+        self.peak_force = result.peak_force / result.scene.units.force  # of contacts 2 ... N
+        self.after = float(self.peak_force[p - 1])  # of contact p + 1
+        self.far = far_field(self.peak_force)  # the last that the free end does not touch
 
     def eq3(self, wave_force: float) -> float:
         """Eq. 3, with V_SW of a wave of this height, in F0."""
         return eq3(self.scene, wave_force * self.pulse.peak_force)
-
-
-def simulated(result: hc.Result) -> Simulated:
-    """Return the needed part of a result; the transition of each of these scenes ends."""
-    p = result.transition_granules
-    assert p is not None
-    return Simulated(result.scene, result.peak_force / result.scene.units.force, p)
 
 
 # Criteria for p (not defined in the paper)
@@ -82,49 +63,29 @@ Criterion = Callable[[FloatArray], int]
 """A criterion: from F_2 ... F_N to p."""
 
 
-def by_changes(
-    threshold: float = STEADY, every: bool = True, floor: int = SMALLEST, of_first: bool = False
-) -> Criterion:
-    """The change from a peak to the next is below a threshold, a fraction of the second of the two.
-
-    With ``every`` all later changes have to be, too; p is at least ``floor``; ``of_first`` takes a
-    fraction of the first of the two.
-    """
-
-    def p(peak_force: FloatArray) -> int:
-        before, after = peak_force[:-2], peak_force[1:-1]
-        steady = np.abs(after - before) / (before if of_first else after) < threshold
-        contact = np.arange(2, steady.size + 2)
-        if every:
-            unsteady = contact[~steady]
-            return max(floor, int(unsteady[-1]) + 1 if unsteady.size else 2)
-        allowed = contact[steady & (contact >= floor)]
-        return int(allowed[0])
-
-    return p
+def at_least_5(criterion: Callable[..., int], *arguments: float) -> Criterion:
+    """A criterion, where it gives no fewer than 5."""
+    return lambda peak_force: max(SMALLEST, criterion(peak_force, *arguments))
 
 
-def by_far_field(threshold: float = STEADY) -> Criterion:
-    """All later peaks are within a threshold of the far field."""
-
-    def p(peak_force: FloatArray) -> int:
-        return max(SMALLEST, first_within(peak_force, threshold))
-
-    return p
+def first_change(peak_force: FloatArray) -> int:
+    """The first i, from 5 on, whose change to the next is below 1 %, whatever comes later."""
+    before, after = peak_force[SMALLEST - 2 : -2], peak_force[SMALLEST - 1 : -1]
+    return SMALLEST + int(np.argmax(np.abs(after - before) / after < STEADY))
 
 
 CRITERIA: dict[str, Criterion] = {
-    "every change below 1 % of F_{k+1}, at least 5": by_changes(),
-    "first change below 1 %, at least 5": by_changes(every=False),
-    "every change below 1 % of F_k": by_changes(of_first=True),
-    "every change below 1 %, no floor": by_changes(floor=2),
-    "every change below 0.5 %": by_changes(0.005),
-    "every change below 0.9 %": by_changes(0.009),
-    "every change below 1.1 %": by_changes(0.011),
-    "every change below 2 %": by_changes(0.02),
-    "within 1 % of the far field": by_far_field(),
-    "within 2 % of the far field": by_far_field(0.02),
-    "within 5 % of the far field": by_far_field(0.05),
+    "every change below 1 % of F_{k+1}, at least 5": at_least_5(first_steady),
+    "first change below 1 %, at least 5": first_change,
+    "every change below 1 % of F_k": at_least_5(first_steady, STEADY, True),
+    "every change below 1 %, no floor": first_steady,
+    "every change below 0.5 %": at_least_5(first_steady, 0.005),
+    "every change below 0.9 %": at_least_5(first_steady, 0.009),
+    "every change below 1.1 %": at_least_5(first_steady, 0.011),
+    "every change below 2 %": at_least_5(first_steady, 0.02),
+    "within 1 % of the far field": at_least_5(first_within, STEADY),
+    "within 2 % of the far field": at_least_5(first_within, 0.02),
+    "within 5 % of the far field": at_least_5(first_within, 0.05),
 }
 """The first is that of hertzchain."""
 
@@ -145,12 +106,8 @@ def _eq6(divisor: Callable[[FloatArray, float], FloatArray | float]) -> PeakForc
     return formula
 
 
-def corrected_peak_force(
-    contact: FloatArray, p: float, wave: float, n: float, ratio: float
-) -> FloatArray:
-    """Return Eq. 6 as used here; p need not be whole, so that p of Eq. 3 can be tried."""
-    return _eq6(lambda i, p: i * p)(contact, p, wave, n, ratio)
-
+corrected_peak_force = _eq6(lambda i, p: i * p)
+"""Eq. 6 as used here; p need not be whole, so that p of Eq. 3 can be tried."""
 
 EXPONENTS: dict[str, PeakForce] = {
     "15 (i - p) / (8 i p sqrt(n))": corrected_peak_force,
@@ -223,8 +180,7 @@ HIGH = (EQUAL, CRITERION, EQ3)
 Cases = Mapping[str, Simulated]
 
 
-@dataclass(frozen=True)
-class Entry:
+class Entry(NamedTuple):
     """A number that Tables 3 and 4 print."""
 
     table: int
@@ -236,11 +192,13 @@ class Entry:
 def entries() -> list[Entry]:
     """All 92."""
     entries: list[Entry] = []
+    contacts: Counter[str] = Counter()
     for table in (3, 4):
         for line in paper_table(table):
             name = scene_name(line)
-            contact = 2 + sum(entry.scene == name for entry in entries)
-            entries.append(Entry(table, name, contact, float(line["error_percent"])))
+            entry = Entry(table, name, 2 + contacts[name], float(line["error_percent"]))
+            entries.append(entry)
+            contacts[name] += 1
     return entries
 
 
@@ -366,9 +324,7 @@ def stiffness_scores(chain: hc.Chain) -> Iterator[Score]:
 
 # What is measured
 
-COLUMNS = (
-    "kind", "number", "what", "reading", "backend", "score", "scene", "contact",
-)  # fmt: skip
+COLUMNS = ["kind", "number", "what", "reading", "backend", "score", "scene", "contact"]
 
 
 def measure(quick: bool, with_lammps: bool) -> pandas.DataFrame:
@@ -382,7 +338,7 @@ def measure(quick: bool, with_lammps: bool) -> pandas.DataFrame:
     runs = simulate(scenes, TITLE, with_lammps and not quick, lammps)
     rows: list[dict[str, object]] = []
     for backend in ("native", "lammps"):
-        cases = {name: simulated(run) for (name, who), run in runs.items() if who == backend}
+        cases = {name: Simulated(run) for (name, who), run in runs.items() if who == backend}
         if not cases:
             continue
         rows += [_scored(backend, score) for score in scores(cases)]
@@ -395,7 +351,7 @@ def measure(quick: bool, with_lammps: bool) -> pandas.DataFrame:
             ]  # fmt: skip
     rows += [_scored("", score) for score in stiffness_scores(load("demo").chain)]
     rows += [_scored("native", score) for score in plateau_scores()]
-    return pandas.DataFrame(rows, columns=list(COLUMNS))
+    return pandas.DataFrame(rows, columns=COLUMNS)
 
 
 def _scored(backend: str, score: Score) -> dict[str, object]:
@@ -473,12 +429,10 @@ def draw(table: pandas.DataFrame) -> Figure:
     return figure
 
 
-SCRIPT = Script(
-    TITLE,
-    "Is each reading of what the paper prints wrongly or leaves open the best there is?",
-    "native, LAMMPS; the paper's Tables 2 to 4, Hertz's law",
-    measure, promises, draw,
-)  # fmt: skip
-
-if __name__ == "__main__":
-    SCRIPT.main()
+SCRIPTS = {
+    "corrections": Script(
+        TITLE,
+        "Is each reading of what the paper prints wrongly or leaves open the best there is?",
+        measure, promises, draw,
+    )
+}  # fmt: skip

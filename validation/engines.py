@@ -47,11 +47,6 @@ ENGINES: Mapping[str, Callable[[float], hc.Lammps | hc.Liggghts | hc.Yade]] = {
 }
 
 
-def names() -> list[str]:
-    """The 24 scenes of Tables 2, 3 and 4, and the one with damped contacts."""
-    return [*sorted(table_scenes()), DAMPED]
-
-
 def scene_of(name: str) -> hc.Scene:
     """The scene of a name."""
     if name != DAMPED:
@@ -78,14 +73,15 @@ def native_peaks(scene: hc.Scene, dt: float) -> FloatArray:
 
 
 def measure(quick: bool, _: bool) -> pandas.DataFrame:
-    """The peaks by every engine on every scene (quick: four), and their versions as attributes.
+    """The peaks by every engine on the 25 scenes (quick: four), and their versions as attributes.
 
     Columns scene, contact, dt_s, and the peak [N] by each. BackendMissing where an engine is not
     here.
     """
     tables: list[pandas.DataFrame] = []
     versions: dict[str, str] = {}
-    for name in progress(names()[::8] if quick else names(), TITLE):
+    names = [*sorted(table_scenes()), DAMPED]
+    for name in progress(names[::8] if quick else names, TITLE):
         scene = scene_of(name)
         dt, contacts = step_of(scene), scene.chain.granules - 1
         columns = {"scene": name, "contact": np.arange(contacts) + 2, "dt_s": dt}
@@ -128,12 +124,10 @@ def recorded(path: Path = RECORDED) -> dict[str, tuple[float, dict[str, FloatArr
     }
 
 
-SCRIPT = Script(
-    TITLE,
-    "Do three codes with the same steps find the same peaks?",
-    "LAMMPS, LIGGGHTS, Yade; native velocity Verlet",
-    measure, promises,
-)  # fmt: skip
-
-if __name__ == "__main__":
-    SCRIPT.main()
+SCRIPTS = {
+    "engines": Script(
+        TITLE,
+        "Do three codes with the same steps find the same peaks?",
+        measure, promises,
+    )
+}  # fmt: skip

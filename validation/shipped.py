@@ -6,8 +6,11 @@ import csv
 from collections.abc import Mapping
 from pathlib import Path
 
+import numpy as np
+
 import hertzchain as hc
 from hertzchain import theory
+from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps.backend import run_in
 from hertzchain.engines.lammps.engine import Child
 from hertzchain.errors import RunFailed
@@ -47,6 +50,13 @@ def eq3(scene: hc.Scene, wave_force: float) -> float:
 def effective_ratio(scene: hc.Scene) -> float:
     """Return the base of the power in Eq. 6: LM_ratio, with Delta L added below 1."""
     return theory.effective_momentum_ratio(scene.chain, *pulse_of(scene))
+
+
+def by_formulas(scene: hc.Scene, p: int, wave_force: float) -> tuple[FloatArray, FloatArray]:
+    """Peak forces of contacts 2 to p by Eqs. 6 and 9, in the unit of F_SW."""
+    contact, n = np.arange(2, p + 1), pulse_of(scene)[0].duration_ratio
+    eq6 = theory.peak_force(contact, p, wave_force, n, effective_ratio(scene))
+    return eq6, theory.peak_force_cubic(contact, p, float(eq6[0]), wave_force)
 
 
 def history_of(result: hc.Result) -> History:

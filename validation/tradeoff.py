@@ -83,12 +83,10 @@ def _of(name: str, frame: pandas.DataFrame) -> Tradeoff:
     return Tradeoff(load(name), rows, float(frame["truth_error"].iloc[0]), False, ())
 
 
-SCRIPT = Script(
-    TITLE,
-    "What does each digit of the peaks cost with each method?",
-    "native, SciPy's DOP853, LAMMPS; native's reference method with short steps",
-    measure, promises, draw,
-)  # fmt: skip
-
-if __name__ == "__main__":
-    SCRIPT.main()
+SCRIPTS = {
+    "tradeoff": Script(
+        TITLE,
+        "What does each digit of the peaks cost with each method?",
+        measure, promises, draw, suffix=".png",
+    )
+}  # fmt: skip

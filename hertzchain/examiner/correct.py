@@ -164,7 +164,7 @@ def _law(case: Case, k: int) -> str:
         number = damping_number(contact, normal, float(masses[min(k, masses.size - 1)]))
         units = {"viscoelastic": unit.length * unit.time, "dashpot": unit.time / unit.mass}
         eta = in_text(number * units.get(contact.damping, 1.0))
-        words = f" {damping_of(contact)[1].replace('${damping}', 'coeff_restitution')}"
+        words = f" {damping_of(contact)[1]}"
         if case.deck.version < _LIMITED_SINCE:
             words = words.removesuffix(f" {WITHOUT_ATTRACTION}")
     return f"hertz {in_text(normal / unit.pressure)} {eta} {NO_FRICTION}{words}"

@@ -234,7 +234,7 @@ def _no_chain(
     size = contents.radius.size
     across = np.round(contents.sideways / np.min(contents.radius)).astype(np.int64)
     rows, each = np.unique(across, axis=0, return_counts=True)
-    kind = "do not lie in one row"
+    kind = "do not lie in one row along x, y or z"
     if 1 < len(rows) <= size // 2 and np.ptp(each) == 0:
         kind = f"lie in {len(rows)} rows of {each[0]}, not in one"
     check = DeckCheck(

@@ -555,10 +555,11 @@ def periodic(deck: Deck) -> Found:
     room = 2 * (2 * float(granules.radius.max()) + deck.skin)
     box, place = granules.high - granules.low, granules.position
     is_flat = any(command.word(1) == "2" for command in deck.named("dimension"))
-    for k, direction in enumerate(granules.frame):
-        name = "xyz"[int(abs(direction).argmax())]
+    for k, (axis, side) in enumerate(zip(granules.axes, granules.boundary, strict=True)):
+        name = "xyz"[axis]
         narrow = box[k] <= place[:, k].max() - place[:, k].min() + room
-        if granules.periodic[k] and narrow and not (is_flat and name == "z"):  # as LAMMPS wants it
+        wanted = is_flat and name == "z"  # by LAMMPS, in two dimensions
+        if side == "p" and narrow and not wanted:
             what = (
                 "every granule has images as ghosts, and a step takes twice as long" if k
                 else "the chain has no free ends, the last granule meets the first"

@@ -15,11 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
+from hertzchain.engines.external.accuracy import NONE, Softening, predicted_loss, softening
 from hertzchain.engines.external.engine import ProgramEngine
-from hertzchain.engines.external.rescaling import NONE, Softening, predicted_loss, softening
 from hertzchain.engines.external.terms import wall_position
 from hertzchain.engines.lammps.deck import chain, leg_commands, refuse_pair_style, start
-from hertzchain.engines.lammps.dialect import NO_STEP, OLDEST, oldest, write_dump
+from hertzchain.engines.lammps.dialect import NO_STEP, oldest, write_dump
 from hertzchain.engines.native.backend import Native
 from hertzchain.engines.native.damped_verlet import samples_of, simulate_damped_verlet
 from hertzchain.engines.native.duration import with_end
@@ -175,8 +175,7 @@ def _about(scene: Scene, title: str) -> str:
 def _header(
     scene: Scene, layout: Layout, answer: KnownAnswer | None, steps: int, scaling: Softening
 ) -> list[str]:
-    run, needed = f"lmp -in {plain(layout.name)}", oldest(scene)
-    since = OLDEST if needed is None else needed[1]
+    run = f"lmp -in {plain(layout.name)}"
     fixed = "Have another deck written for another scene."
     if answer is None:
         fixed += " Nothing checks here what -var of another name changes."
@@ -185,7 +184,7 @@ def _header(
     return [
         *comment(
             f"{_about(scene, layout.title)} Written by hertzchain {version('hertzchain')} for"
-            f" LAMMPS of {since} and later. SI units throughout."
+            f" LAMMPS of {oldest(scene)[1]} and later. SI units throughout."
         ),
         "#",
         f"#   {run}                 {steps} steps",

@@ -1,4 +1,4 @@
-"""What the recipes of docs/develop/recipes.md ask for, and speeds on a page."""
+"""What the recipes of docs/develop/recipes.md ask for."""
 
 from __future__ import annotations
 

@@ -311,36 +311,6 @@ def test_a_mistake_in_a_deck_fails(mistake: str, tmp_path: Path) -> None:
 EVERY_TERM = ALL["all at once"]
 
 
-@pytest.mark.lammps
-def test_the_damping_for_older_lammps_is_as_much(tmp_path: Path) -> None:
-    path = written(ALL["restitution"], tmp_path, RTOL["restitution"])
-    text = path.read_text()
-    assert text.count('"$(version) >= 20240829"') == 1
-    path.write_text(text.replace('"$(version) >= 20240829"', '"1 == 0"'))
-    assert verdict(path) == "PASS"
-
-
-@pytest.mark.lammps
-@pytest.mark.parametrize(
-    ("name", "first", "since"),
-    [
-        ("restitution, wall", "20230802", "2 Aug 2023"),
-        ("restitution that no old LAMMPS has", "20240829", "29 Aug 2024"),
-    ],
-)
-def test_a_lammps_that_is_too_old_is_refused(
-    name: str, first: str, since: str, tmp_path: Path
-) -> None:
-    scene = ALL[name]
-    text = deck(scene, lay_out(scene, rtol=RTOL[name], watch_every=0))
-    assert f"for LAMMPS of {since} and later" in " ".join(text.replace("\n#", "").split())
-    path = tmp_path / "in.chain"
-    path.write_text(text.replace(f"$(version) < {first}", f"$(version) < 99{first}"))
-    status, screen = run(path, tmp_path)
-    assert status == 2
-    assert f"This damping needs LAMMPS of {since} or later" in screen
-
-
 # The last two end while contacts are pressed, 14 and 17 steps after the last of the looks 20 steps
 # apart, one of them 8 steps after a peak.
 @pytest.mark.parametrize(

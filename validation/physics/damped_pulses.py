@@ -14,8 +14,9 @@ import pandas
 from matplotlib.figure import Figure
 
 import hertzchain as hc
-from validation.physics.chains import history_of, steel
+from validation.physics.chains import steel
 from validation.script import Row, Script, new_figure, row
+from validation.shipped import history_of
 
 FORCE = 100.0
 """Of every pulse [N]."""
@@ -137,14 +138,10 @@ def draw(table: pandas.DataFrame) -> Figure:
     return figure
 
 
-SCRIPT = Script(
-    "Long pulses in damped chains",
-    "Does the front of a constant force have the speed and the loss that balances give?",
-    "native; balances of momentum and energy",
-    measure,
-    promises,
-    draw,
-)
-
-if __name__ == "__main__":
-    SCRIPT.main()
+SCRIPTS = {
+    "damped_pulses": Script(
+        "Long pulses in damped chains",
+        "Does the front of a constant force have the speed and the loss that balances give?",
+        measure, promises, draw,
+    )
+}  # fmt: skip

@@ -162,14 +162,10 @@ def draw(table: pandas.DataFrame) -> Figure:
     return figure
 
 
-SCRIPT = Script(
-    "Damped waves",
-    "Does a weakly damped wave lose what the energy of the exact wave says?",
-    "native; an integral over the exact wave",
-    measure,
-    promises,
-    draw,
-)
-
-if __name__ == "__main__":
-    SCRIPT.main()
+SCRIPTS = {
+    "damped_waves": Script(
+        "Damped waves",
+        "Does a weakly damped wave lose what the energy of the exact wave says?",
+        measure, promises, draw,
+    )
+}  # fmt: skip

@@ -7,72 +7,27 @@ digits SciPy's DOP853 confirms.
 
 from __future__ import annotations
 
-import functools
 import itertools
 import math
-from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 
 import hertzchain as hc
-from validation.physics import chains
-from validation.physics.chains import EXTRAPOLATED, crest, history_of, steel, units_of
-from validation.script import Row, Script, row, rows_only
-from validation.shipped import STEEL
-
-SHORT = 50
-"""Granules of the longest chain that LAMMPS runs in the quick form of a script."""
-
-
-@dataclass(frozen=True)
-class Number:
-    """A known number, and how it is found in a result; formulas have no scene."""
-
-    what: str
-    value: float
-    scene: hc.Scene | None
-    measure: Callable[[Any], float]  # takes a result; None where there is no scene
-    reason: str  # reason of the tolerances
-    native: float  # tolerance
-    lammps: float | None = None  # tolerance; None where LAMMPS is not asked
-
-
-def peak_of(place: int, unit: float = 1.0) -> Callable[[hc.Result], float]:
-    """The peak of the contact at a place, over a unit."""
-    return lambda result: float(result.peak_force[place]) / unit
-
-
-def velocity_of(granule: int, unit: float = 1.0) -> Callable[[hc.Result], float]:
-    """The velocity of a granule at the end, over a unit."""
-    return lambda result: float(result.velocity[granule - 1]) / unit
-
-
-def duration_of(unit: float = 1.0) -> Callable[[hc.Result], float]:
-    """The duration of a collision of two granules, over a unit: its peak is in the middle."""
-    return lambda result: 2 * float(result.peak_time[0]) / unit
-
-
-def compare_numbers(numbers: Iterable[Number], quick: bool, with_lammps: bool) -> list[Row]:
-    """Rows for numbers; in the quick form LAMMPS runs chains of at most SHORT granules."""
-
-    @functools.cache
-    def found(scene: hc.Scene) -> dict[str, hc.Result]:
-        return chains.answers(scene, with_lammps and not (quick and scene.chain.granules > SHORT))
-
-    rows = []
-    for number in numbers:
-        results: dict[str, Any] = {"native": None}
-        if number.scene is not None:
-            results = found(number.scene)
-        for backend, result in results.items():
-            limit = number.native if backend == "native" else number.lammps
-            if limit is not None:
-                measured = number.measure(result)
-                rows.append(row(number.what, backend, measured, number.value, limit, number.reason))
-    return rows
-
+from validation.physics.chains import (
+    EXTRAPOLATED,
+    Number,
+    compare_numbers,
+    crest,
+    duration_of,
+    peak_of,
+    steel,
+    units_of,
+    velocity_of,
+)
+from validation.script import Row, Script, table_of
+from validation.shipped import STEEL, history_of
 
 PAIRS: dict[str, dict[str, Any]] = {
     "alike": {},
@@ -203,7 +158,7 @@ def _reflected(result: hc.Result) -> float:
     passes = result.peak_time[-1] + (_BACK - 2) * shift
     times = passes + 3 * shift * np.linspace(-1, 1, 101)
     history = history_of(hc.Native(rtol=1e-9).run(result.scene, times))
-    return crest(history, -_BACK)[1] / float(result.peak_force[-_BACK])
+    return crest(history, -_BACK) / float(result.peak_force[-_BACK])
 
 
 def _piston() -> Iterator[Number]:
@@ -221,29 +176,23 @@ def _piston() -> Iterator[Number]:
         yield Number(what, force, scene, peak, _DIGIT, 5.1e-9, 5e-7)
 
 
-def numbers() -> list[Number]:
-    """All of them."""
-    return [
-        *(each for name in PAIRS for each in _two_spheres(name, 0.5)),
-        *_two_spheres("alike", 1e-3),
-        *(each for mass in STRIKERS for each in _striker(mass)),
-        *(each for taper in TAPERS for each in _taper(*taper)),
-        *(each for wall in WALLS for each in _wall(wall)),
-        *_piston(),
-    ]
-
-
-def compare(quick: bool, with_lammps: bool) -> list[Row]:
+def compare(quick: bool, with_lammps: bool) -> Iterator[Row]:
     """Rows for every number; in the quick form LAMMPS runs short chains alone."""
-    return compare_numbers(numbers(), quick, with_lammps)
+    numbers = itertools.chain(
+        *(_two_spheres(name, 0.5) for name in PAIRS),
+        _two_spheres("alike", 1e-3),
+        *(_striker(mass) for mass in STRIKERS),
+        *(_taper(*taper) for taper in TAPERS),
+        *(_wall(wall) for wall in WALLS),
+        _piston(),
+    )
+    return compare_numbers(numbers, quick, with_lammps)
 
 
-SCRIPT = Script(
-    "Known numbers",
-    "Are collisions, strikers, tapers, walls and pistons what closed forms and others say?",
-    "native, LAMMPS; closed forms, independent simulations, SciPy's DOP853",
-    **rows_only(compare),
-)
-
-if __name__ == "__main__":
-    SCRIPT.main()
+SCRIPTS = {
+    "known_numbers": Script(
+        "Known numbers",
+        "Are collisions, strikers, tapers, walls and pistons what closed forms and others say?",
+        table_of(compare),
+    )
+}  # fmt: skip

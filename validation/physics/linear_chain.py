@@ -18,9 +18,9 @@ from scipy.special import jv
 
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
-from validation.physics.chains import answers, history_of, steel
-from validation.script import Row, Script, row, rows_only
-from validation.shipped import STEEL
+from validation.physics.chains import answers, steel
+from validation.script import Row, Script, row, table_of
+from validation.shipped import STEEL, history_of
 
 FORCE = 10.0
 """Of the static load [N]."""
@@ -191,12 +191,10 @@ def _end(outermost: float, following: float) -> float:
     return outermost + (outermost - following) / 3
 
 
-SCRIPT = Script(
-    "The linear chain",
-    "Does a pressed chain that hardly moves do what the linear chain does?",
-    "native, LAMMPS; Bessel functions, the dispersion of mono- and diatomic lattices",
-    **rows_only(compare),
-)
-
-if __name__ == "__main__":
-    SCRIPT.main()
+SCRIPTS = {
+    "linear_chain": Script(
+        "The linear chain",
+        "Does a pressed chain that hardly moves do what the linear chain does?",
+        table_of(compare),
+    )
+}  # fmt: skip

@@ -15,7 +15,7 @@ import numpy as np
 import hertzchain as hc
 from validation.physics import chains
 from validation.physics.chains import EXTRAPOLATED, steel
-from validation.script import Row, Script, row, rows_only
+from validation.script import Row, Script, row, table_of
 
 SPEEDS = {
     1.1: 1.0054167, 1.5: 1.0247944, 2: 1.0453147, 3: 1.0787444, 5: 1.1290158, 10: 1.2131572,
@@ -107,12 +107,10 @@ def _in_a_chain(velocity: float, granules: int, with_lammps: bool) -> list[Row]:
     return rows
 
 
-SCRIPT = Script(
-    "Waves in a pressed chain",
-    "How fast are waves in a pressed chain?",
-    "native, LAMMPS; the exact wave by fixed-point iteration",
-    **rows_only(compare),
-)
-
-if __name__ == "__main__":
-    SCRIPT.main()
+SCRIPTS = {
+    "precompression": Script(
+        "Waves in a pressed chain",
+        "How fast are waves in a pressed chain?",
+        table_of(compare),
+    )
+}  # fmt: skip

@@ -1,9 +1,5 @@
 """Numbers that others have published, found again: each by native, and where it can by LAMMPS.
 
-::
-
-    .venv/bin/python validation/physics/published.py
-
 Tolerances are half a unit of the last published digit, or what the steps cost. Not in the table, as
 the scenes are not known well enough to be found again: the chain of 60 beads of MOOSE (0.67962 m/s,
 3.96 diameters), the exponents in gravity of Hong, Ji and Kim (1999), the balance of Molinari and
@@ -13,23 +9,23 @@ Daraio (2009). A further ratio of dimers, 0.04537, comes out as 0.04536 here.
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
 
 import hertzchain as hc
 from hertzchain.theory.restitution import of_natural, of_ratio
-from validation.physics.chains import steel
-from validation.physics.known_numbers import (
+from validation.physics.chains import (
     Number,
     compare_numbers,
     duration_of,
     peak_of,
+    steel,
     velocity_of,
 )
 from validation.physics.restitution import BETAN_PER_RATIO, betan
-from validation.script import Row, Script, rows_only
+from validation.script import Row, Script, table_of
 from validation.shipped import STEEL
 
 CHUNG = "Chung and Ooi, Granular Matter 13 (2011) 643, as Yade has it"
@@ -198,17 +194,15 @@ def _series() -> tuple[float, float]:
     return float(fitted[-1]), float(-fitted[-2])
 
 
-def compare(quick: bool, with_lammps: bool) -> list[Row]:
+def compare(quick: bool, with_lammps: bool) -> Iterator[Row]:
     """Rows for every number; in the quick form LAMMPS runs short chains alone."""
     return compare_numbers(NUMBERS, quick, with_lammps)
 
 
-SCRIPT = Script(
-    "Published numbers",
-    "Are numbers that others have published found again?",
-    "native, LAMMPS, closed forms; the literature, Yade, LAMMPS's own tests",
-    **rows_only(compare),
-)
-
-if __name__ == "__main__":
-    SCRIPT.main()
+SCRIPTS = {
+    "published": Script(
+        "Published numbers",
+        "Are numbers that others have published found again?",
+        table_of(compare),
+    )
+}  # fmt: skip
