@@ -7,156 +7,97 @@ from __future__ import annotations
 
 import importlib
 
-from hertzchain.shown import Shown
-
 TYPE_CHECKING = False  # typing takes time, in which Ctrl-C is not answered
 if TYPE_CHECKING:
     from typing import Any
 
-    from hertzchain import theory
-    from hertzchain.engines.lammps.backend import Lammps
-    from hertzchain.engines.liggghts import Liggghts
-    from hertzchain.engines.native.backend import Native
-    from hertzchain.engines.native.batch import Batch, peak_forces, similar_peak_forces
-    from hertzchain.engines.yade import Yade
-    from hertzchain.errors import HertzchainError
-    from hertzchain.examiner.examined import DeckCheck, DeckExamination
-    from hertzchain.examiner.examining import examine
-    from hertzchain.fits.fit import Fit, fit
-    from hertzchain.known.certificate import Certificate, certify
-    from hertzchain.observables.result import Result
-    from hertzchain.report.figures import plot
-    from hertzchain.report.files import write_trajectory
-    from hertzchain.scene.chain import Chain
-    from hertzchain.scene.scene import Scene
-    from hertzchain.scene.schedule import Run
-    from hertzchain.scene.shocks import (
-        HalfSine,
-        Moving,
-        Piston,
-        Pulse,
-        PulseTable,
-        Sawtooth,
-        Sine,
-        Striker,
-        Trapezoid,
-    )
-    from hertzchain.scene.terms import Contact, Gauge, Precompression, Uncertain, Wall
-    from hertzchain.sweeps.design import scenes
-    from hertzchain.sweeps.sweeping import Sweep, sweep
-    from hertzchain.uncertainty.spread import Spread, spread
-    from hertzchain.uncertainty.validation import Validation, validate
-    from hertzchain.verdict.comparison import Comparison, compare
-    from hertzchain.verdict.judgement import Judgement
-    from hertzchain.verdict.results import TrainJudgement, judge, judge_trains
-    from hertzchain.verdict.traces import TraceJudgement, judge_traces
+    from hertzchain import theory as theory
+    from hertzchain.engines.lammps.backend import Lammps as Lammps
+    from hertzchain.engines.liggghts import Liggghts as Liggghts
+    from hertzchain.engines.native.backend import Native as Native
+    from hertzchain.engines.native.batch import Batch as Batch
+    from hertzchain.engines.native.batch import peak_forces as peak_forces
+    from hertzchain.engines.native.batch import similar_peak_forces as similar_peak_forces
+    from hertzchain.engines.yade import Yade as Yade
+    from hertzchain.errors import HertzchainError as HertzchainError
+    from hertzchain.examiner.examined import DeckCheck as DeckCheck
+    from hertzchain.examiner.examined import DeckExamination as DeckExamination
+    from hertzchain.examiner.examining import examine as examine
+    from hertzchain.fits.fit import Fit as Fit
+    from hertzchain.fits.fit import fit as fit
+    from hertzchain.known.certificate import Certificate as Certificate
+    from hertzchain.known.certificate import certify as certify
+    from hertzchain.observables.result import Result as Result
+    from hertzchain.report.figures import plot as plot
+    from hertzchain.report.files import write_trajectory as write_trajectory
+    from hertzchain.scene.chain import Chain as Chain
+    from hertzchain.scene.scene import Scene as Scene
+    from hertzchain.scene.schedule import Run as Run
+    from hertzchain.scene.shocks import HalfSine as HalfSine
+    from hertzchain.scene.shocks import Moving as Moving
+    from hertzchain.scene.shocks import Piston as Piston
+    from hertzchain.scene.shocks import Pulse as Pulse
+    from hertzchain.scene.shocks import PulseTable as PulseTable
+    from hertzchain.scene.shocks import Sawtooth as Sawtooth
+    from hertzchain.scene.shocks import Sine as Sine
+    from hertzchain.scene.shocks import Striker as Striker
+    from hertzchain.scene.shocks import Trapezoid as Trapezoid
+    from hertzchain.scene.terms import Contact as Contact
+    from hertzchain.scene.terms import Gauge as Gauge
+    from hertzchain.scene.terms import Precompression as Precompression
+    from hertzchain.scene.terms import Uncertain as Uncertain
+    from hertzchain.scene.terms import Wall as Wall
+    from hertzchain.sweeps.design import scenes as scenes
+    from hertzchain.sweeps.sweeping import Sweep as Sweep
+    from hertzchain.sweeps.sweeping import sweep as sweep
+    from hertzchain.uncertainty.spread import Spread as Spread
+    from hertzchain.uncertainty.spread import spread as spread
+    from hertzchain.uncertainty.validation import Validation as Validation
+    from hertzchain.uncertainty.validation import validate as validate
+    from hertzchain.verdict.comparison import Comparison as Comparison
+    from hertzchain.verdict.comparison import compare as compare
+    from hertzchain.verdict.judgement import Judgement as Judgement
+    from hertzchain.verdict.results import TrainJudgement as TrainJudgement
+    from hertzchain.verdict.results import judge as judge
+    from hertzchain.verdict.results import judge_trains as judge_trains
+    from hertzchain.verdict.traces import TraceJudgement as TraceJudgement
+    from hertzchain.verdict.traces import judge_traces as judge_traces
 
 _HOME = {
-    "Batch": "hertzchain.engines.native.batch",
-    "Certificate": "hertzchain.known.certificate",
-    "Chain": "hertzchain.scene.chain",
-    "Comparison": "hertzchain.verdict.comparison",
-    "DeckCheck": "hertzchain.examiner.examined",
-    "DeckExamination": "hertzchain.examiner.examined",
-    "Fit": "hertzchain.fits.fit",
-    "Gauge": "hertzchain.scene.terms",
-    "HalfSine": "hertzchain.scene.shocks",
-    "HertzchainError": "hertzchain.errors",
-    "Judgement": "hertzchain.verdict.judgement",
-    "Lammps": "hertzchain.engines.lammps.backend",
-    "Liggghts": "hertzchain.engines.liggghts",
-    "Moving": "hertzchain.scene.shocks",
-    "Native": "hertzchain.engines.native.backend",
-    "Contact": "hertzchain.scene.terms",
-    "Piston": "hertzchain.scene.shocks",
-    "Precompression": "hertzchain.scene.terms",
-    "Pulse": "hertzchain.scene.shocks",
-    "PulseTable": "hertzchain.scene.shocks",
-    "Result": "hertzchain.observables.result",
-    "Run": "hertzchain.scene.schedule",
-    "Sawtooth": "hertzchain.scene.shocks",
-    "Scene": "hertzchain.scene.scene",
-    "Sine": "hertzchain.scene.shocks",
-    "Striker": "hertzchain.scene.shocks",
-    "Spread": "hertzchain.uncertainty.spread",
-    "Sweep": "hertzchain.sweeps.sweeping",
-    "TraceJudgement": "hertzchain.verdict.traces",
-    "TrainJudgement": "hertzchain.verdict.results",
-    "Trapezoid": "hertzchain.scene.shocks",
-    "Uncertain": "hertzchain.scene.terms",
-    "Validation": "hertzchain.uncertainty.validation",
-    "Wall": "hertzchain.scene.terms",
-    "Yade": "hertzchain.engines.yade",
-    "certify": "hertzchain.known.certificate",
-    "compare": "hertzchain.verdict.comparison",
-    "examine": "hertzchain.examiner.examining",
-    "fit": "hertzchain.fits.fit",
-    "judge": "hertzchain.verdict.results",
-    "judge_traces": "hertzchain.verdict.traces",
-    "judge_trains": "hertzchain.verdict.results",
-    "peak_forces": "hertzchain.engines.native.batch",
-    "plot": "hertzchain.report.figures",
-    "scenes": "hertzchain.sweeps.design",
-    "similar_peak_forces": "hertzchain.engines.native.batch",
-    "spread": "hertzchain.uncertainty.spread",
-    "sweep": "hertzchain.sweeps.sweeping",
-    "validate": "hertzchain.uncertainty.validation",
-    "write_trajectory": "hertzchain.report.files",
+    name: f"hertzchain.{module}"
+    for module, names in {
+        "engines.lammps.backend": "Lammps",
+        "engines.liggghts": "Liggghts",
+        "engines.native.backend": "Native",
+        "engines.native.batch": "Batch peak_forces similar_peak_forces",
+        "engines.yade": "Yade",
+        "errors": "HertzchainError",
+        "examiner.examined": "DeckCheck DeckExamination",
+        "examiner.examining": "examine",
+        "fits.fit": "Fit fit",
+        "known.certificate": "Certificate certify",
+        "observables.result": "Result",
+        "report.figures": "plot",
+        "report.files": "write_trajectory",
+        "scene.chain": "Chain",
+        "scene.scene": "Scene",
+        "scene.schedule": "Run",
+        "scene.shocks": "HalfSine Moving Piston Pulse PulseTable Sawtooth Sine Striker Trapezoid",
+        "scene.terms": "Contact Gauge Precompression Uncertain Wall",
+        "sweeps.design": "scenes",
+        "sweeps.sweeping": "Sweep sweep",
+        "uncertainty.spread": "Spread spread",
+        "uncertainty.validation": "Validation validate",
+        "verdict.comparison": "Comparison compare",
+        "verdict.judgement": "Judgement",
+        "verdict.results": "TrainJudgement judge judge_trains",
+        "verdict.traces": "TraceJudgement judge_traces",
+    }.items()
+    for name in names.split()
 }
+"""The module of each public name."""
 
-__all__ = [
-    "Batch",
-    "Certificate",
-    "Chain",
-    "Comparison",
-    "Contact",
-    "DeckCheck",
-    "DeckExamination",
-    "Fit",
-    "Gauge",
-    "HalfSine",
-    "HertzchainError",
-    "Judgement",
-    "Lammps",
-    "Liggghts",
-    "Moving",
-    "Native",
-    "Piston",
-    "Precompression",
-    "Pulse",
-    "PulseTable",
-    "Result",
-    "Run",
-    "Sawtooth",
-    "Scene",
-    "Sine",
-    "Spread",
-    "Striker",
-    "Sweep",
-    "TraceJudgement",
-    "TrainJudgement",
-    "Trapezoid",
-    "Uncertain",
-    "Validation",
-    "Wall",
-    "Yade",
-    "certify",
-    "compare",
-    "examine",
-    "fit",
-    "judge",
-    "judge_traces",
-    "judge_trains",
-    "peak_forces",
-    "plot",
-    "scenes",
-    "similar_peak_forces",
-    "spread",
-    "sweep",
-    "theory",
-    "validate",
-    "write_trajectory",
-]
+__all__ = sorted([*_HOME, "theory"])  # noqa: PLE0605 - type checkers read the imports above
 
 
 def __dir__() -> list[str]:
@@ -175,10 +116,3 @@ def __getattr__(name: str) -> Any:
         value = checked(getattr(importlib.import_module(_HOME[name]), name))
         return globals().setdefault(name, value)
     raise AttributeError(f"module 'hertzchain' has no attribute {name!r}")
-
-
-def _module_of_report(name: str) -> Any:
-    return importlib.import_module(f"hertzchain.report.{name}")
-
-
-Shown.module_of_report = staticmethod(_module_of_report)  # type: ignore[method-assign]

@@ -1,6 +1,6 @@
 """The public names of the LAMMPS engine, for imports by scripts."""
 
-from hertzchain.engines.lammps.backend import Lammps, run_many
+from hertzchain.engines.lammps.backend import Lammps
 from hertzchain.engines.lammps.reading.deck import FoundDeck
 
-__all__ = ["FoundDeck", "Lammps", "run_many"]
+__all__ = ["FoundDeck", "Lammps"]

@@ -78,7 +78,7 @@ def judge_peaks(request: pytest.FixtureRequest) -> Callable[..., Judgement]:
 def _printed(judgement: Judgement) -> str:
     """Return the text that the command line prints for a judgement, without colours."""
     from hertzchain.report.console import plain_text, print_document
-    from hertzchain.report.documents import of_judgement
+    from hertzchain.report.contents import of_judgement
 
     document = of_judgement(judgement)
     return plain_text(lambda console: print_document(console, document, "not shown"), width=100)

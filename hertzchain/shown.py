@@ -1,6 +1,6 @@
 """Objects that show themselves, as text, as a picture or as a page.
 
-How they do is in ``report``, above their rooms: the package registers its loader here.
+How they do is in ``report``, above their rooms: a method loads it when it is called.
 
 PYTEST_DONT_REWRITE, as the package.
 """
@@ -12,40 +12,43 @@ from abc import ABC, abstractmethod
 TYPE_CHECKING = False  # typing takes time, see the package
 if TYPE_CHECKING:
     from pathlib import Path
-    from typing import Any
 
     from matplotlib.figure import Figure
+
+    from hertzchain.report.document import Document
 
 
 class Shown:
     """An object that prints as a few lines."""
 
-    @staticmethod
-    def module_of_report(name: str) -> Any:
-        """Load a module of ``report``, by its name; the package gives it."""
-        raise NotImplementedError
-
     def __repr__(self) -> str:
-        return str(self.module_of_report("documents").card_of(self))
+        from hertzchain.report.contents import card_of
+
+        return card_of(self)
 
 
 class ShownRun(Shown):
     """A run: it prints as ``hertzchain run`` does, and can be drawn."""
 
     def __repr__(self) -> str:
-        return str(self.module_of_report("documents").printed(self._document))
+        from hertzchain.report.console import printed
+
+        return printed(self._document)
 
     @property
-    def _document(self) -> Any:
-        return self.module_of_report("documents").document_of(self)
+    def _document(self) -> Document:
+        from hertzchain.report.contents import document_of
+
+        return document_of(self)
 
     def plot(self, size: tuple[float, float] | None = None) -> Figure:
         """Draw peak forces (for a verdict also differences), and force over time if recorded.
 
         A picture of a ``size`` [inches] has as many panels as have room.
         """
-        figure: Figure = self.module_of_report("figures").figure_of(self._document, size)
-        return figure
+        from hertzchain.report.figures import figure_of
+
+        return figure_of(self._document, size)
 
 
 class ShownVerdict(ShownRun, ABC):
@@ -72,4 +75,6 @@ class ShownVerdict(ShownRun, ABC):
         OutputError
             If the name does not end in .html, or the file cannot be written.
         """
-        self.module_of_report("page").write_page(self._document, path)
+        from hertzchain.report.page import write_page
+
+        write_page(self._document, path)

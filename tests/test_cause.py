@@ -16,7 +16,7 @@ from hertzchain import slips
 from hertzchain.arrays import FloatArray
 from hertzchain.limits import Deadline
 from hertzchain.report.console import print_document
-from hertzchain.report.documents import of_judgement
+from hertzchain.report.contents import of_judgement
 from hertzchain.slips import Case, Family, Fit, Mistake
 from hertzchain.verdict import judgement
 from tests.conftest import paper_scene

@@ -103,7 +103,6 @@ def test_what_answers_a_stop_is_there_before_the_commands() -> None:
     assert loaded & HEAVY == set()
     assert {name for name in loaded if name.startswith("hertzchain.")} == {
         *("hertzchain.cli", "hertzchain.cli.program", "hertzchain.cli.stderr", "hertzchain.errors"),
-        "hertzchain.shown",
     }
 
 

@@ -12,7 +12,7 @@ from rich.console import Console
 import hertzchain as hc
 from hertzchain import shown
 from hertzchain.report.console import print_document
-from hertzchain.report.documents import of_judgement
+from hertzchain.report.contents import of_judgement
 from tests.command_line import python
 from tests.docs.test_docs import blocks
 from tests.places import ROOT
@@ -143,7 +143,7 @@ import hertzchain.pytest_plugin
 print(json.dumps(sorted(set(sys.modules) - before)))
 """
     done = python("-c", code, check=True)
-    loaded = {"hertzchain", "hertzchain.pytest_plugin", "hertzchain.shown"}
+    loaded = {"hertzchain", "hertzchain.pytest_plugin"}
     assert set(json.loads(done.stdout)) == loaded
     for module in (hc, shown):
         assert AssertionRewriter.is_rewrite_disabled(module.__doc__ or "")

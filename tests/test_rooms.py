@@ -42,6 +42,9 @@ ENGINES = LEVELS[5]
 THE_SAME_END = ("hertzchain.engines.external.engine", "hertzchain.engines.native.duration")
 """The one import between engines: a default end that quick runs find is that of every engine."""
 
+SHOWN = "hertzchain.shown"
+"""Its methods load ``report``, far above it, when they are called: how objects show themselves."""
+
 OUTSIDE = ("hertzchain", "hertzchain.engines", "hertzchain.lammps")
 """Public names, from where outside scripts import them."""
 
@@ -71,7 +74,10 @@ def imported_by(path: Path) -> set[str]:
         elif isinstance(node, ast.Constant) and isinstance(node.value, str):
             # importlib.import_module and the like
             modules |= {node.value} if node.value.startswith("hertzchain.") else set()
-    return {name for name in modules if name.startswith("hertzchain.")}
+    imported = {name for name in modules if name.startswith("hertzchain.")}
+    if path == FILES[SHOWN]:
+        imported = {name for name in imported if not name.startswith("hertzchain.report.")}
+    return imported
 
 
 @functools.cache

@@ -13,14 +13,14 @@ import pytest
 import hertzchain as hc
 from hertzchain import theory
 from hertzchain.engines import liggghts, yade
-from hertzchain.engines.external.rescaling import Softening
+from hertzchain.engines.external.accuracy import Softening
 from hertzchain.errors import HertzchainError
 from hertzchain.examiner.measured import applied_force
 from hertzchain.known.answer import lammps_deck, program_deck
 from hertzchain.observables.error_bound import amplifies_errors
 from hertzchain.observables.peaks import largest_difference
+from hertzchain.report.contents import of_comparison
 from hertzchain.report.document import describe
-from hertzchain.report.documents import of_comparison
 from hertzchain.report.files import plot_times
 from hertzchain.report.page import page_of
 from hertzchain.scene.file import SHOCKS, sections_of

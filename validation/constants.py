@@ -180,7 +180,7 @@ def measure(quick: bool, with_lammps: bool) -> pandas.DataFrame:
     times = wave_times(scene)
     waves = {"native": far_field(scene, hc.Native("reference"), times)}
     if with_lammps:
-        lammps = hc.Lammps(_STEP * scene.units.time, isolated=True)
+        lammps = hc.Lammps(_STEP * scene.units.time)
         waves["lammps"] = far_field(scene, lammps, times)
     return pandas.DataFrame([*_constants(waves), *_profile(waves)], columns=COLUMNS)
 

@@ -81,7 +81,7 @@ damped contacts are less exact: with fewer steps they run in seconds too."""
 
 
 README = FOLDER / "README.md"
-_HEAD = re.compile(r"Over F0, [^(]+\((\S+) N\), they are expected to be (.+?), right to (\S+?)\. ")
+_HEAD = re.compile(r"Over F0, (\S+) N, they are expected to be (.+?), right to (\S+?)\. ")
 _TABLE = re.compile(r"^\| deck \|.*?\n\n", re.DOTALL | re.MULTILINE)
 
 

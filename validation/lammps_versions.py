@@ -20,7 +20,7 @@ from pathlib import Path
 import pandas as pd
 
 import hertzchain as hc
-from hertzchain.engines.lammps.binary import find_mpiexec
+from hertzchain.engines.lammps.engine import find_mpiexec
 from hertzchain.errors import RunFailed
 from hertzchain.known.certificate import CASES, ROUND_OFF
 from validation.gallery import FOLDER, GALLERY

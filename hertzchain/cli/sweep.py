@@ -11,22 +11,12 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
 import typer
 
 from hertzchain.cli import options
-from hertzchain.cli.options import Size, by_name, to_inches
-from hertzchain.cli.output import (
-    DONE,
-    OUT_OF_TOLERANCE,
-    check_files,
-    compiling,
-    print_json,
-    progress,
-    say,
-    write_file,
-)
+from hertzchain.cli.output import DONE, OUT_OF_TOLERANCE, Answer, Written, say, working
 from hertzchain.engines.registry import ENGINES
 from hertzchain.errors import HertzchainError
 from hertzchain.limits import RTOL
@@ -44,35 +34,26 @@ Source = StrEnum("Source", {name.upper(): name for name in _SWEEP_ENGINES})  # t
 
 @dataclass(frozen=True)
 class ScenesOptions:
-    """Options that say which scenes a sweep has."""
+    """Which scenes a sweep has.
 
-    vary: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="NAME=VALUES",
-            help="A parameter, as the scene file names it (segments by their numbers:"
-            " chain.segments.1.radius), and its values; repeatable. A,B,C: a list; LOW:HIGH:COUNT:"
-            " a grid; LOW:HIGH: drawn, see --samples; :log behind a range: by logarithms. With"
-            " units: chain.radius='1 mm:10 mm:5'. All are crossed.",
-        ),
-    ] = None
-    samples: Annotated[
-        int | None,
-        typer.Option(
-            help="How many points to draw (scrambled Sobol sequence) from all ranges without a"
-            " count together.",
-        ),
-    ] = None
-    seed: Annotated[int, typer.Option(help="Seed of the points that are drawn.")] = 0
-    table: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FILE",
-            help="Instead of --vary: a table (.csv, .parquet) with one row for each scene, whose"
-            " columns are keys, also with a unit: chain.radius [mm]. Empty cells have the value of"
-            " the scene. A .csv may have semicolons and decimal commas.",
-        ),
-    ] = None
+    Options
+    -------
+    vary NAME=VALUES: A parameter, as the scene file names it (segments by their numbers:
+        chain.segments.1.radius), and its values; repeatable. A,B,C: a list; LOW:HIGH:COUNT: a grid;
+        LOW:HIGH: drawn, see --samples; :log behind a range: by logarithms. With units:
+        chain.radius='1 mm:10 mm:5'. All are crossed.
+    samples: How many points to draw (scrambled Sobol sequence) from all ranges without a count
+        together.
+    seed: Seed of the points that are drawn.
+    table FILE: Instead of --vary: a table (.csv, .parquet) with one row for each scene, whose
+        columns are keys, also with a unit: chain.radius [mm]. Empty cells have the value of the
+        scene. A .csv may have semicolons and decimal commas.
+    """
+
+    vary: list[str] | None = None
+    samples: int | None = None
+    seed: int = 0
+    table: Path | None = None
 
     @property
     def varied(self) -> Any:
@@ -81,29 +62,26 @@ class ScenesOptions:
             raise HertzchainError("--vary or --table: name what varies by one of the two")
         if self.table is not None:
             return _read_table(self.table)
-        return by_name("--vary", self.vary or [], "shock.momentum_ratio=0.1:10:50:log")
+        return options.by_name("--vary", self.vary, "shock.momentum_ratio=0.1:10:50:log")
 
 
 @dataclass(frozen=True)
 class MeasuringOptions:
-    """Options that say how the scenes of a sweep are measured."""
+    """How the scenes of a sweep are measured.
 
-    backend: Annotated[
-        list[Source] | None,
-        typer.Option(help="Backend that measures each scene; repeatable. Default: native."),
-    ] = None
-    rtol: Annotated[float, typer.Option(help="Wanted relative accuracy of the peaks.")] = RTOL
-    peaks: Annotated[bool, typer.Option("--peaks", help="Keep the peaks of all contacts, too.")] = (
-        False
-    )
-    scheduler: Annotated[
-        str | None,
-        typer.Option(
-            metavar="ADDRESS",
-            help="Measure on the workers of this Dask scheduler, not on this machine.",
-        ),
-    ] = None
-    time_limit: options.TimeLimit = "1 h"
+    Options
+    -------
+    backend: Backend that measures each scene; repeatable. Default: native.
+    rtol: Wanted relative accuracy of the peaks.
+    peaks: Keep the peaks of all contacts, too.
+    scheduler ADDRESS: Measure on the workers of this Dask scheduler, not on this machine.
+    """
+
+    backend: list[Source] | None = None
+    rtol: float = RTOL
+    peaks: bool = False
+    scheduler: str | None = None
+    time_limit: str = "1 h"
 
     @property
     def backends(self) -> list[Any]:
@@ -119,18 +97,8 @@ class MeasuringOptions:
 
 
 def sweep(
-    scene: options.SceneFile,
-    scenes: ScenesOptions,
-    measuring: MeasuringOptions,
-    output: Path = typer.Option(
-        ...,
-        "-o",
-        "--output",
-        metavar="OUT",
-        help="Folder for the tables; an existing folder of the same sweep is resumed.",
-    ),
-    as_json: options.AsJson = False,
-) -> None:
+    scene: Path, *, scenes: ScenesOptions, measuring: MeasuringOptions, folder: Path
+) -> Answer:
     """Measure many scenes: a table with a row for each.
 
     A row has the parameters, p, F_SW, speed, the largest peak and the error. With a wall the row
@@ -138,18 +106,22 @@ def sweep(
 
     A sweep that was stopped or killed continues when it is started again. A scene that fails is a
     row with the reason.
+
+    Options
+    -------
+    folder OUT: Folder for the tables; an existing folder of the same sweep is resumed.
     """
     from hertzchain.sweeps.sweeping import sweep as measure
 
-    if output.suffix.lower() in (".csv", ".parquet"):
+    if folder.suffix.lower() in (".csv", ".parquet"):
         raise HertzchainError(
-            f"-o {output}: must be a folder; pandas.read_parquet reads the tables in it"
+            f"-o {folder}: must be a folder; pandas.read_parquet reads the tables in it"
         )
     backends, loaded = measuring.backends, options.load_scene(scene)
     varied, begin = scenes.varied, time.perf_counter()
     options.remark_on_units_of(varied, loaded)
     is_native = any(backend.name == "native" for backend in backends)
-    with _going_on(output), _counting(is_native) as report_progress:
+    with _resumable(folder), _counting(is_native) as report_progress:
         swept = measure(
             loaded,
             varied,
@@ -157,29 +129,25 @@ def sweep(
             seed=scenes.seed,
             backends=backends,
             peaks=measuring.peaks,
-            output=output,
+            output=folder,
             scheduler=measuring.scheduler,
             progress=report_progress,
         )
-    counts = swept.count()
-    if as_json:
-        print_json(
-            {
-                "folder": str(output),
-                "rows": counts.done,
-                "failed": counts.failed,
-                "missed_accuracy": counts.missed,
-                "first_failure": counts.reason,
-                **({"cut_off": counts.cut_off} if counts.cut_off else {}),
-                **({"doubtful_overlap": counts.doubtful} if counts.doubtful else {}),
-                "wall_time_s": time.perf_counter() - begin,
-            }
-        )
-    else:
-        how = f'for pandas: read_parquet("{output / "scenes"}")'
-        typer.echo(f"{counts.done:,} rows in {output}, {how}")
-    _warn(counts, measuring.rtol)
-    raise typer.Exit(OUT_OF_TOLERANCE if counts.failed or counts.missed else DONE)
+    counts, wall_time = swept.count(), time.perf_counter() - begin
+    numbers = {
+        "folder": str(folder),
+        "rows": counts.done,
+        "failed": counts.failed,
+        "missed_accuracy": counts.missed,
+        "first_failure": counts.reason,
+        **({"cut_off": counts.cut_off} if counts.cut_off else {}),
+        **({"doubtful_overlap": counts.doubtful} if counts.doubtful else {}),
+        "wall_time_s": wall_time,
+    }
+    said = f'{counts.done:,} rows in {folder}, for pandas: read_parquet("{folder / "scenes"}")'
+    status = OUT_OF_TOLERANCE if counts.failed or counts.missed else DONE
+    remarks = _remarks(counts, measuring.rtol)
+    return Answer(lambda: numbers, lambda _: typer.echo(said), remarks=remarks, status=status)
 
 
 def _read_table(path: Path) -> Any:
@@ -210,7 +178,7 @@ def _read_table(path: Path) -> Any:
 
 
 @contextmanager
-def _going_on(output: Path) -> Iterator[None]:
+def _resumable(output: Path) -> Iterator[None]:
     """Report, when a sweep is stopped, that the same command resumes it."""
     from hertzchain.sweeps.sweeping import Sweep
 
@@ -227,23 +195,22 @@ def _going_on(output: Path) -> Iterator[None]:
         raise
 
 
-def _warn(counts: Counts, rtol: float) -> None:
-    """Report rows without numbers, and rows less accurate than was asked for."""
+def _remarks(counts: Counts, rtol: float) -> list[str]:
+    """Return sentences on rows without numbers, less accurate ones, and those to be doubted."""
     from hertzchain.scene.scene import DOUBTFUL_OVERLAP
 
     rows = f"of {counts.done:,} rows"
-    if counts.failed:
-        why = f"have no numbers, the column failure says why; the first: {counts.reason}"
-        say(f"{counts.failed:,} {rows} {why}")
-    if counts.missed:
-        where = f"are less accurate: see the column {counts.error}"
-        say(f"wanted {rtol:g}, and {counts.missed:,} {rows} {where}")
-    if counts.cut_off:
-        what = "the run may have ended before the last peaks: see the column contacts_cut_off"
-        say(f"in {counts.cut_off:,} {rows} {what}, and set end_time in [run]")
-    if counts.doubtful:
-        what = f"the largest overlap is above {DOUBTFUL_OVERLAP:g} radii, where Hertz's law is an"
-        say(f"in {counts.doubtful:,} {rows} {what} extrapolation: see the column overlap_ratio")
+    remarks = {
+        f"{counts.failed:,} {rows} have no numbers, the column failure says why; the first:"
+        f" {counts.reason}": counts.failed,
+        f"wanted {rtol:g}, and {counts.missed:,} {rows} are less accurate: see the column"
+        f" {counts.error}": counts.missed,
+        f"in {counts.cut_off:,} {rows} the run may have ended before the last peaks: see the column"
+        " contacts_cut_off, and set end_time in [run]": counts.cut_off,
+        f"in {counts.doubtful:,} {rows} the largest overlap is above {DOUBTFUL_OVERLAP:g} radii,"
+        " where Hertz's law is an extrapolation: see the column overlap_ratio": counts.doubtful,
+    }
+    return [remark for remark, count in remarks.items() if count]
 
 
 @contextmanager
@@ -251,7 +218,7 @@ def _counting(is_native: bool) -> Iterator[Callable[[int, int], None]]:
     """Show how many rows of a sweep are done: continuously on a terminal, else now and then."""
     is_terminal = sys.stderr is not None and sys.stderr.isatty()
     next_line = 0.0  # at the first call
-    with progress() as report_progress, compiling(report_progress, is_native):
+    with working(is_native) as report_progress:
 
         def count(done: int, total: int) -> None:
             nonlocal next_line
@@ -268,58 +235,42 @@ def _counting(is_native: bool) -> Iterator[Callable[[int, int], None]]:
 
 
 def plot(
-    folder: Path = typer.Argument(
-        ..., metavar="OUT", help="Folder that hertzchain sweep -o wrote, complete or not."
-    ),
-    x: str = typer.Option(
-        ...,
-        "--x",
-        metavar="NAME",
-        help="A column of numbers, such as shock.momentum_ratio; the section may be left out."
-        " contact: along the chain, of a sweep with --peaks.",
-    ),
-    y: str = typer.Option(
-        ...,
-        "--y",
-        metavar="NAME",
-        help="Another column: a result, for lines or points; a parameter that varies, for a map.",
-    ),
-    colour: str | None = typer.Option(
-        None,
-        metavar="NAME",
-        help="Column that colours show; in a map the result. Default: the backend, if several.",
-    ),
-    where: list[str] | None = typer.Option(
-        None,
-        metavar="NAME=VALUE",
-        help="Draw only rows in which a parameter, or the backend, has this value; repeatable.",
-    ),
-    output: Path | None = typer.Option(
-        None,
-        "-o",
-        "--output",
-        metavar="FILE",
-        help="Picture (png, pdf, svg). Default: OUT/plot.png.",
-    ),
-    size: Size = None,
-) -> None:
+    sweep: Path,
+    *,
+    x: str,
+    y: str,
+    colour: str | None = None,
+    where: list[str] | None = None,
+    output: Path | None = None,
+    size: str | None = None,
+) -> list[Written]:
     """Draw a sweep: a result over a parameter, or a map.
 
     Other parameters are a line for each value. Text below the picture names values that are not
     shown, without numbers or with further variations. An axis is logarithmic if its parameter was
     swept with :log, or if the drawn values span more than two decades.
+
+    Options
+    -------
+    sweep OUT: Folder that hertzchain sweep -o wrote, complete or not.
+    x NAME: A column of numbers, such as shock.momentum_ratio; the section may be left out. contact:
+        along the chain, of a sweep with --peaks.
+    y NAME: Another column: a result, for lines or points; a parameter that varies, for a map.
+    colour NAME: Column that colours show; in a map the result. Default: the backend, if several.
+    where NAME=VALUE: Draw only rows in which a parameter, or the backend, has this value;
+        repeatable.
+    output FILE: Picture (png, pdf, svg). Default: OUT/plot.png.
     """
+    from hertzchain.report.files import check_format
     from hertzchain.sweeps.drawing import SIZE, draw
     from hertzchain.sweeps.sweeping import Sweep
 
-    swept = Sweep.load(folder)
-    target = folder / "plot.png" if output is None else output
-    check_files([folder / "sweep.json"], plot=target)
-    fixed = by_name("--where", where or [], "shock.profile=cosine")
-    inches = to_inches(size) or SIZE
-    with progress() as report_progress:
-        report_progress(f"drawing {folder}")
-        drawn = draw(swept, x, y, colour, fixed, inches)
+    check_format(output, "plot")
+    swept = Sweep.load(sweep)
+    fixed = options.by_name("--where", where, "shock.profile=cosine")
+    with working(is_native=False) as report_progress:
+        report_progress(f"drawing {sweep}")
+        drawn = draw(swept, x, y, colour, fixed, options.to_inches(size) or SIZE)
     for remark in drawn.remarks:
         say(remark)
-    write_file("Plot", target, drawn.figure.write)
+    return [Written("Plot", output or sweep / "plot.png", drawn.figure.write)]

@@ -55,10 +55,9 @@ def refuse_damping(contact: Contact | None) -> None:
             f"LIGGGHTS takes a restitution above {_LEAST_RESTITUTION:g}, this one is"
             f" {contact.restitution:g}: take another backend"
         )
-    if contact.coefficient is not None and not contact.attraction:
+    if contact.coefficient is not None:
         raise RunFailed(
-            "contacts with dashpots always pull in LIGGGHTS: set attraction = true, or take another"
-            " backend"
+            "LIGGGHTS has no dashpot damping with Hertz's law: take another damping or backend"
         )
 
 
@@ -84,54 +83,42 @@ def types_of(scene: Scene) -> tuple[list[Type], list[int]]:
     return types, kinds
 
 
-def models(contact: Contact | None) -> list[tuple[str, str]]:
-    """Return the models whose forces add up in a contact, with their options."""
-    if contact is None:
-        return [("hertz", "")]
-    if contact.coefficient is not None:
-        return [("hertz", ""), ("hooke/stiffness", " absolute_damping on")]
-    limit = "" if contact.attraction else " limitForce on"
-    return [("hertz/stiffness" if contact.damping == "viscoelastic" else "hertz", limit)]
+def model_of(contact: Contact | None) -> tuple[str, str]:
+    """Return the model of a contact, and its options."""
+    limit = "" if contact is None or contact.attraction else " limitForce on"
+    is_viscoelastic = contact is not None and contact.damping == "viscoelastic"
+    return "hertz/stiffness" if is_viscoelastic else "hertz", limit
 
 
 def pair_commands(types: list[Type], contact: Contact | None) -> list[str]:
-    """Yield the commands for Hertz's law between all types, and damping."""
+    """Return the commands for Hertz's law between all types, and damping."""
     damping = (
         "without damping (coefficient of restitution 1)" if contact is None else "with damping"
     )
-    styles = [f"gran model {model} tangential off{options}" for model, options in models(contact)]
-    if len(styles) == 1:
-        style = [f"pair_style {styles[0]}", "pair_coeff * *"]
-    else:
-        coefficients = (f"pair_coeff * * gran {k}" for k in range(1, len(styles) + 1))
-        style = [f"pair_style hybrid/overlay {' '.join(styles)}", *coefficients]
-    return [f"# Hertz's law {damping} and tangential force.", *_numbers(types, contact), *style]
+    model, options = model_of(contact)
+    return [
+        f"# Hertz's law {damping} and tangential force.",
+        *_numbers(types, contact),
+        f"pair_style gran model {model} tangential off{options}",
+        "pair_coeff * *",
+    ]
 
 
 def _numbers(types: list[Type], contact: Contact | None) -> list[str]:
-    """Yield the numbers of the models."""
+    """Return the numbers of the model."""
     if contact is not None and contact.damping == "viscoelastic":
         return _viscoelastic(types, contact.parameter)
     modulus, poisson = zip(*(material for material, _ in types), strict=True)
-    restitution = None if contact is None else contact.restitution
-    lines = [
+    restitution = 1.0 if contact is None else contact.parameter
+    return [
         _each("youngsModulus", modulus),
         _each("poissonsRatio", poisson),
-        *_all_pairs("coefficientRestitution", types, restitution or 1.0),
-    ]
-    if contact is None or contact.coefficient is None:
-        return lines
-    return [
-        *lines,
-        *_all_pairs("kn", types, 0.0),
-        *_all_pairs("kt", types, 0.0),
-        *_all_pairs("gamman_abs", types, contact.coefficient),
-        *_all_pairs("gammat_abs", types, 0.0),
+        *_pairs("coefficientRestitution", types, lambda *_: restitution),
     ]
 
 
 def _viscoelastic(types: list[Type], tau: float) -> list[str]:
-    """Yield the numbers of Hertz's law with the damping of Kuwabara and Kono."""
+    """Return the numbers of Hertz's law with the damping of Kuwabara and Kono."""
 
     def reduced(first: Type, other: Type) -> float:
         """Return E* of two materials [Pa]."""
@@ -146,19 +133,14 @@ def _viscoelastic(types: list[Type], tau: float) -> list[str]:
     return [
         *_pairs("kn", types, stiffness),
         *_pairs("gamman", types, damping),
-        *_all_pairs("kt", types, 0.0),
-        *_all_pairs("gammat", types, 0.0),
+        *_pairs("kt", types, lambda *_: 0.0),
+        *_pairs("gammat", types, lambda *_: 0.0),
     ]
 
 
 def _each(what: str, values: Sequence[float]) -> str:
     """Return the command for a property of each type."""
     return f"fix {what} all property/global {what} peratomtype {' '.join(map(repr, values))}"
-
-
-def _all_pairs(what: str, types: list[Type], value: float) -> list[str]:
-    """Return the command for a property with the same value for all pairs of types."""
-    return _pairs(what, types, lambda *_: value)
 
 
 def _pairs(what: str, types: list[Type], value: Callable[[Type, Type], float]) -> list[str]:
@@ -176,6 +158,7 @@ AT_REST, READINGS = "at_rest.dump", "readings.dump"
 
 # columns of the readings: positions [m], velocities [m/s] and net forces [N]
 COLUMNS = ("x", "vx", "fx")
+_WALL_FORCE = "f_force_wall"  # of the wall on each granule, by its option store_force
 GRANULES = ("x", "mass", "diameter")  # columns of the granules at rest: [m], [kg], [m]
 
 
@@ -199,6 +182,7 @@ def set_up(scene: Scene) -> str:
     RunFailed for a scene whose deck would be too long.
     """
     refuse_long("a LIGGGHTS deck of", scene)
+    refuse_damping(scene.contact)
     types, kinds = types_of(scene)
     lines = [
         *START,
@@ -214,9 +198,10 @@ def set_up(scene: Scene) -> str:
         "thermo 1000000000",
         f"group last id {scene.chain.granules}",
     ]
-    for name, model, options in _walls(scene):
+    if scene.wall is not None:
+        model, options = model_of(scene.contact)
         lines += [
-            f"fix {name} all wall/gran model {model} tangential off store_force yes &",
+            f"fix wall all wall/gran model {model} tangential off store_force yes &",
             f"    primitive type {len(types)} xplane {wall_position(scene)!r}{options}",
         ]
     return "\n".join([*lines, *load_commands(scene)]) + "\n"
@@ -249,14 +234,6 @@ def _granules(scene: Scene, kinds: list[int], types: int) -> list[str]:
     ]
 
 
-def _walls(scene: Scene) -> list[tuple[str, str, str]]:
-    """Yield a wall for each model: name, model and options."""
-    if scene.wall is None:
-        return []
-    names = ("wall", "wall_dashpot")
-    return [(name, *model) for name, model in zip(names, models(scene.contact), strict=False)]
-
-
 def leg_commands(scene: Scene, leg: Leg, before: Leg | None) -> list[str]:
     """Return the commands between two legs: the new step and the new force."""
     lines = [] if before is None or before.stroke is None else [LET_GO_PISTON]
@@ -285,8 +262,8 @@ def force_formula(leg: Leg) -> str:
 
 
 def columns_of(scene: Scene) -> tuple[str, ...]:
-    """Return the columns of the readings: ``COLUMNS``, and forces of a wall (sum: negative)."""
-    return *COLUMNS, *(f"f_force_{name}[1]" for name, _, _ in _walls(scene))
+    """Return the columns of the readings: ``COLUMNS``, and the negative force of a wall."""
+    return COLUMNS if scene.wall is None else (*COLUMNS, f"{_WALL_FORCE}[1]")
 
 
 def watched(scene: Scene, legs: Sequence[Leg], strides: Sequence[int]) -> str:
@@ -369,8 +346,7 @@ def _sample_peaks(scene: Scene, contacts: Sequence[int], interval: int) -> list[
     leg counts steps from 0.
     """
     fx, pressed, last = [f"(id<={k})*fx[{k}]" for k in contacts], scene.precompression, contacts[-1]
-    walls = [f"f_force_{name}" for name, _, _ in _walls(scene)]
-    outside = [f"(0-{wall}[{last}][1])" for wall in walls]
+    outside = [] if scene.wall is None else [f"(0-{_WALL_FORCE}[{last}][1])"]
     if pressed is not None and pressed.gravity:
         outside += [f"(id<={k})*mass[{k}]*(0-{pressed.gravity!r})" for k in contacts]
     if pressed is not None and (loaded := scene.shock.loaded_granule):
@@ -380,8 +356,8 @@ def _sample_peaks(scene: Scene, contacts: Sequence[int], interval: int) -> list[
     if scene.pushed:
         outside.append(f"(id<={scene.pushed + 1})*(0-v_force)")
     forces = {"": " + ".join([*fx, *outside])}
-    if walls:
-        forces["_wall"] = " + ".join(f"(0-{wall}[1])" for wall in walls)
+    if scene.wall is not None:
+        forces["_wall"] = f"(0-{_WALL_FORCE}[1])"
 
     def larger(new: str, old: str) -> str:
         return f"{new}*({new}>{old}) + {old}*({new}<={old})"
@@ -421,7 +397,7 @@ class Liggghts(ProgramEngine):
     """A generated deck, run by the program ``liggghts``, a fork of LAMMPS.
 
     Each run starts the program, which takes half a second. It accepts Poisson's ratios from 0 to
-    0.5, restitutions above 0.05, and dashpots in contacts that may pull.
+    0.5 and restitutions above 0.05, and has no dashpots.
 
     Parameters
     ----------
@@ -444,8 +420,7 @@ class Liggghts(ProgramEngine):
 
     def method_of(self, scene: Scene) -> str:
         """Return the name of the method in the result."""
-        used = " + ".join(model for model, _ in models(scene.contact))
-        return f"velocity-verlet, gran model {used}"
+        return f"velocity-verlet, gran model {model_of(scene.contact)[0]}"
 
     def _refuse(self, scene: Scene) -> None:
         refuse_damping(scene.contact)
@@ -465,7 +440,7 @@ class Liggghts(ProgramEngine):
         _, frames = read_frames(folder / READINGS, columns_of(scene))
         # The force on the wall is opposite to that on the last granule.
         count = len(COLUMNS)
-        wall_force = None if scene.wall is None else -np.sum(frames[:, count:, -1], axis=1)
+        wall_force = None if scene.wall is None else -frames[:, count, -1]
         readings = frames[:, :count]
         return Found(_version(folder / _LOG), Granules(*rest[0]), readings, wall_force)
 

@@ -64,7 +64,7 @@ def _unused(deck: FoundDeck, kind: str, name: str) -> str:
 
 def _made(deck: FoundDeck, kind: str) -> list[list[str]]:
     """The words of the commands of a kind that were carried out."""
-    lines = [command.text.split() for command in deck.commands if command.carried_out]
+    lines = (command.text.split() for command in deck.commands if command.carried_out)
     return [words for words in lines if words[:1] == [kind] and len(words) > 1]
 
 
@@ -98,27 +98,30 @@ def vector(case: Case, value: str) -> str:
     return " ".join(parts)
 
 
-def _each(case: Case, keyword: Callable[[float], str], values: FloatArray) -> list[str]:
+def _each(case: Case, keyword: str, values: FloatArray) -> list[str]:
     """Commands ``set`` that give each granule its number."""
     deck = case.deck
     if values.size != deck.ids.size:
         return []
-    if np.ptp(values) == 0:
-        return [f"set group all {keyword(values[0])}"]
-    of_types = {int(kind): values[deck.types == kind] for kind in deck.types}
-    if all(np.ptp(part) == 0 for part in of_types.values()):
-        return [f"set type {kind} {keyword(part[0])}" for kind, part in sorted(of_types.items())]
-    lines = [f"set atom {int(k)} {keyword(v)}" for k, v in zip(deck.ids, values, strict=True)]
-    return lines if len(lines) <= _MOST_LINES else []
+    for what, names in (
+        ("group", np.full(values.size, "all")),
+        ("type", deck.types),
+        ("atom", deck.ids),
+    ):
+        parts = {name: values[names == name] for name in sorted(set(names.tolist()))}
+        if all(np.ptp(part) == 0 for part in parts.values()) and len(parts) <= _MOST_LINES:
+            return [
+                f"set {what} {name} {keyword} {in_text(part[0])}" for name, part in parts.items()
+            ]
+    return []
 
 
 def granule_commands(case: Case) -> list[str]:
     """Return diameters, then densities: LAMMPS computes masses from both."""
     granules, unit = case.scene.granules, case.units
-    density = granules.density / unit.density
     return [
-        *_each(case, lambda v: f"diameter {in_text(v)}", 2 * granules.radius / unit.length),
-        *_each(case, lambda v: f"density {in_text(v)}", density),
+        *_each(case, "diameter", 2 * granules.radius / unit.length),
+        *_each(case, "density", granules.density / unit.density),
     ]
 
 
@@ -149,52 +152,40 @@ def velocity_commands(case: Case) -> list[str]:
     return commands
 
 
-def damping_words(case: Case, k: int, version: str) -> tuple[str, str]:
-    """Return the number of a contact's damping in a deck, and the words after its friction."""
+def _law(case: Case, k: int) -> str:
+    """Return the law of a contact of the scene, or of its wall, in the words of LAMMPS."""
     contact, granules, unit = case.scene.contact, case.scene.granules, case.units
-    if contact is None:
-        return "0.0", ""
-    if k == granules.mass.size - 1:
-        contact = contact.at(case.scene.wall)
-    normal, masses = 4 / 3 * case.reduced_modulus(k), granules.contact_mass
-    number = damping_number(contact, normal, float(masses[min(k, masses.size - 1)]))
-    units = {"viscoelastic": unit.length * unit.time, "dashpot": unit.time / unit.mass}
-    words = damping_of(contact)[1].replace("${damping}", "coeff_restitution")
-    if version < _LIMITED_SINCE:
-        words = words.removesuffix(f" {WITHOUT_ATTRACTION}")
-    return in_text(number * units.get(contact.damping, 1.0)), f" {words}"
+    normal, is_wall = 4 / 3 * case.reduced_modulus(k), k == granules.mass.size - 1
+    # A wall without damping needs a number for it in some versions.
+    eta, words = ("1e-300", " damping velocity") if is_wall else ("0.0", "")
+    if contact is not None:
+        contact = contact.at(case.scene.wall) if is_wall else contact
+        masses = granules.contact_mass
+        number = damping_number(contact, normal, float(masses[min(k, masses.size - 1)]))
+        units = {"viscoelastic": unit.length * unit.time, "dashpot": unit.time / unit.mass}
+        eta = in_text(number * units.get(contact.damping, 1.0))
+        words = f" {damping_of(contact)[1]}"
+        if case.deck.version < _LIMITED_SINCE:
+            words = words.removesuffix(f" {WITHOUT_ATTRACTION}")
+    return f"hertz {in_text(normal / unit.pressure)} {eta} {NO_FRICTION}{words}"
 
 
 def law_commands(case: Case) -> list[str] | None:
     """Return style and coefficients of the scene's contacts; None if types do not allow them."""
-    deck, granules = case.deck, case.scene.granules
-    count = min(deck.types.size, granules.mass.size)
-    between = granules.mass.size - 1
-    coefficients: dict[tuple[int, int], tuple[float, str, str]] = {}
-    for k in range(min(between, count - 1)):
-        low, high = sorted((int(deck.types[k]), int(deck.types[k + 1])))
-        normal = 4 / 3 * case.reduced_modulus(k) / case.units.pressure
-        eta, words = damping_words(case, k, deck.version)
-        first = coefficients.setdefault((low, high), (normal, eta, words))
-        # Relative difference of moduli up to which granules are of one material
-        if abs(first[0] / normal - 1) > 1e-9 or first[1:] != (eta, words):
+    types, laws = case.deck.types.tolist(), dict[tuple[int, int], str]()
+    for k in range(min(len(types), case.scene.granules.mass.size) - 1):
+        low, high = sorted(types[k : k + 2])
+        if laws.setdefault((low, high), _law(case, k)) != _law(case, k):
             return None
-    if not coefficients:
+    if not laws:
         return None
-    if len(set(coefficients.values())) == 1:
-        normal, eta, words = next(iter(coefficients.values()))
-        law = f"hertz {in_text(normal)} {eta}"
-        return ["pair_style granular", f"pair_coeff * * {law} {NO_FRICTION}{words}"]
-    lines = ["pair_style granular"]
-    kinds = range(1, max(high for _, high in coefficients) + 1)
+    law, style = next(iter(laws.values())), "pair_style granular"
+    if len(set(laws.values())) == 1:
+        return [style, f"pair_coeff * * {law}"]
+    kinds = range(1, max(high for _, high in laws) + 1)
     # Pairs that never touch need coefficients, too.
-    others = next(iter(coefficients.values()))
-    for pair in itertools.combinations_with_replacement(kinds, 2):
-        normal, eta, words = coefficients.get(pair, others)
-        lines.append(
-            f"pair_coeff {pair[0]} {pair[1]} hertz {in_text(normal)} {eta} {NO_FRICTION}{words}"
-        )
-    return lines
+    pairs = itertools.combinations_with_replacement(kinds, 2)
+    return [style, *(f"pair_coeff {i} {j} {laws.get((i, j), law)}" for i, j in pairs)]
 
 
 def wall_plane(case: Case) -> float:
@@ -207,18 +198,12 @@ def wall_plane(case: Case) -> float:
 
 def wall_commands(case: Case) -> list[str] | None:
     """Return the wall of the scene as a fix; None without a wall, or along a diagonal."""
-    scene, deck, unit = case.scene, case.deck, case.units
-    if scene.wall is None or deck.axis not in "xyz":
+    deck = case.deck
+    if case.scene.wall is None or deck.axis not in "xyz":
         return None
-    k = "xyz".index(deck.axis)
     where = f"{wall_plane(case):.15g}"
-    side = f"NULL {where}" if deck.direction[k] > 0 else f"{where} NULL"
-    normal = in_text(4 / 3 * case.reduced_modulus(case.near.size - 1) / unit.pressure)
-    eta, words = damping_words(case, case.near.size - 1, deck.version)
-    if scene.contact is None:  # a wall without damping needs a number for it in some versions
-        eta, words = "1e-300", " damping velocity"
-    name = _unused(deck, "fix", "wall")
-    law = f"hertz {normal} {eta} {NO_FRICTION}{words}"
+    side = f"NULL {where}" if deck.direction["xyz".index(deck.axis)] > 0 else f"{where} NULL"
+    name, law = _unused(deck, "fix", "wall"), _law(case, case.near.size - 1)
     return [f"fix {name} all wall/gran granular {law} {deck.axis}plane {side}"]
 
 
@@ -262,17 +247,6 @@ def motion_commands(case: Case) -> list[str]:
     return [*commands, subtracted, f"fix {name} {others} nve"]
 
 
-def freeze_commands(case: Case) -> list[str]:
-    """Return fix freeze of fixed granules, with which LAMMPS takes their mass as infinite."""
-    fixed, ids = case.scene.granules.fixed, case.deck.ids
-    numbers = ids[fixed[fixed < ids.size]].tolist()
-    if case.scene.contact is None or not numbers:
-        return []
-    group = _unused(case.deck, "group", "fixed")
-    name = _unused(case.deck, "fix", "freeze")
-    return [f"group {group} id {' '.join(map(str, numbers))}", f"fix {name} {group} freeze"]
-
-
 def piston_commands(case: Case) -> list[str] | None:
     """Return the scene's piston as a fix, empty without one; None for a table."""
     piston = case.scene.piston
@@ -291,30 +265,22 @@ def shock_commands(case: Case) -> list[str] | None:
     """
     if not case.scene.ramps:
         return []
-    formula = _pulse_formula(case)
-    if formula is None or case.deck.axis not in "xyz":
+    # Most rows of a table that are written as one formula (chosen)
+    if len(case.scene.ramps) >= 40 or case.deck.axis not in "xyz":
         return None
-    variable = _variable(case)
-    if float(case.deck.direction.sum()) < 0:
-        formula = f"-({formula})"
-    parts = ["0.0"] * 3
-    parts["xyz".index(case.deck.axis)] = f"v_{variable}"
-    fix = f"fix {_unused(case.deck, 'fix', 'shock')} {{group}} addforce {' '.join(parts)}"
-    text = f'variable {variable} equal "{formula}"'
-    return [text, *_on_granule(case.deck, 0, fix)]
-
-
-def _pulse_formula(case: Case) -> str | None:
-    """Return the scene's force over the deck's time, in its units; None for a long table."""
-    unit = case.units
-    pieces = []
+    unit, pieces, variable = case.units, list[str](), _variable(case)
     for ramp in case.scene.ramps:
         begin, end = (in_text((case.start + time) / unit.time) for time in (ramp.start, ramp.end))
         low, high = (float(in_text(f / unit.force)) for f in (ramp.start_force, ramp.end_force))
         force = force_formula(Ramp(float(begin), float(end), low, high, ramp.shape))
         pieces.append(f"(time>={begin})*(time<{end})*({force.removeprefix('0.0+')})")
-    # Most rows of a table that are written as one formula (chosen)
-    return "+".join(pieces) if len(pieces) < 40 else None
+    formula = "+".join(pieces)
+    if float(case.deck.direction.sum()) < 0:
+        formula = f"-({formula})"
+    parts = ["0.0"] * 3
+    parts["xyz".index(case.deck.axis)] = f"v_{variable}"
+    fix = f"fix {_unused(case.deck, 'fix', 'shock')} {{group}} addforce {' '.join(parts)}"
+    return [f'variable {variable} equal "{formula}"', *_on_granule(case.deck, 0, fix)]
 
 
 def _variable(case: Case) -> str:
@@ -489,15 +455,6 @@ def _kept(case: Case, where: Place) -> tuple[str, ...]:
     return (where.written,) if is_run else ()
 
 
-def _longer(case: Case, check: DeckCheck) -> Iterator[Changes]:
-    """Let a chain settle three and ten times as long before the shock."""
-    where = check.place
-    words = [] if where is None or case.deck.before == 0 else where.written.split()
-    if where is not None and words[1:] and words[0] == "run" and words[1].isdigit():
-        for times in (3, 10):
-            yield {key_of(where): (" ".join(["run", str(times * int(words[1])), *words[2:]]),)}
-
-
 # ---- Commands that set a number
 
 
@@ -544,7 +501,7 @@ def _movers(case: Case, _: DeckCheck) -> list[int]:
 
 
 _BY_LINE = {
-    "shock": _formula, "motion": _formula, "timestep": _as_many_steps, "run": _longer,
+    "shock": _formula, "motion": _formula, "timestep": _as_many_steps,
 }  # fmt: skip
 """Changes of single lines, by the role of a number."""
 
@@ -591,8 +548,6 @@ def trials(case: Case, check: DeckCheck) -> Iterator[Changes]:
     yield from check.corrections[:_MOST_REMOVALS]
     if where is not None and check.command:
         yield {key_of(where): (check.command, *_kept(case, where))}
-    if check.kind == "damping" and (freezing := freeze_commands(case)):
-        yield from _whole(case, freezing, [])
     roles = ("contacts", "wall") if check.kind == "damping" else (check.role,)
     of_role = [k for role in roles for k in reversed(commands_of(case.deck, role))]
     removed = [k for k in candidates[:_MOST_REMOVALS] if not lines or [k] != old]

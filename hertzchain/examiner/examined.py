@@ -46,54 +46,41 @@ SIZES = re.compile(rf"(?<![\w.$]){_SIZE}")
 
 SAME = 2e-3  # relative difference up to which a number of a line is the measured one (chosen)
 
-ROLES: dict[str, tuple[str, ...]] = {
-    "granules": ("create_atoms", "read_data", "read_restart", "delete_atoms", "replicate"),
-    "place": (
-        "create_atoms", "read_data", "read_restart", r"set\b.*\s[xyz]\s", "displace_atoms",
-        "lattice", "replicate",
-    ),
-    "radius": (r"set\b.*\sdiameter\s", "read_data", "read_restart", r"set\b.*\sradius\s"),
-    "mass": (
-        r"set\b.*\s(?:density|density/disc|mass)\s", r"mass\b", r"set\b.*\sdiameter\s",
-        "read_data", "read_restart",
-    ),
-    "contacts": ("pair_coeff", "pair_style", "pair_modify", "read_restart"),
-    "wall": (r"fix\s+\S+\s+\S+\s+wall/",),
-    "constant force": (
-        r"fix\s+\S+\s+\S+\s+gravity", r"fix\s+\S+\s+\S+\s+(?:addforce|setforce|aveforce|efield)",
-    ),
-    "gravity": (r"fix\s+\S+\s+\S+\s+gravity",),
-    "drag": (r"fix\s+\S+\s+\S+\s+(?:viscous|langevin|drag|damping/cundall)",),
-    "random": (
-        r"fix\s+\S+\s+\S+\s+(?:langevin|brownian|temp)", r"velocity\s+\S+\s+create",
-        r"displace_atoms\s+\S+\s+random", r"create_atoms\s+\S+\s+random",
-    ),
-    "velocity": (
-        r"velocity\b", r"set\b.*\sv[xyz]\s", "read_data", "read_restart",
-    ),
-    "spin": (r"set\b.*\s(?:omega|angmom)\s", r"velocity\b", "read_data", "read_restart"),
-    "shock": (r"fix\s+\S+\s+\S+\s+(?:addforce|setforce|aveforce|efield|move|smd|spring)",),
-    "pushed": (r"fix\s+\S+\s+\S+\s+(?:addforce|setforce|aveforce|efield|gravity)",),
-    "timestep": (r"timestep\b", r"fix\s+\S+\s+\S+\s+dt/reset", r"reset_timestep\b"),
-    "run": (r"run\b",),
-    "motion": (
-        r"fix\s+\S+\s+\S+\s+(?:nve|nvt|npt|nph|rigid|setforce|freeze|momentum|recenter|move)",
-        r"fix\s+\S+\s+\S+\s+(?:lineforce|planeforce|enforce2d|viscous|addforce)",
-        r"unfix\b", r"neigh", r"comm_modify",
-    ),
-    "neighbours": ("neigh_modify", "neighbor", "comm_modify"),
-    "piston": (r"fix\s+\S+\s+\S+\s+move",),
-    "image": (r"boundary\b",),
-    "integrators": (r"fix\s+\S+\s+\S+\s+(?:nve|nvt|npt|nph)",),
-    "velocities": (r"velocity\b", r"set\b.*\sv[xyz]\s", r"set\b.*\s(?:omega|angmom)\s"),
-    "displaced": ("displace_atoms", "delete_atoms", "change_box"),
-    "ends": (r"fix\s+\S+\s+\S+\s+halt",),
-    "excludes": (r"neigh_modify\s.*\bexclude\s+(?!none)", r"pair_coeff\s+.*\slj/"),
-    "restart": ("read_restart",),
-    "needed": ("run", "variable", "read_", "create_", "units", "pair_style", "include", "timestep"),
-    "wall in motion": (r"fix\s+\S+\s+\S+\s+wall/", "unfix"),
-}  # fmt: skip
-"""Commands that can set each kind of number, as patterns of their beginnings."""
+_FIX, _FILES = r"fix\s+\S+\s+\S+\s+", "read_data|read_restart"
+_PUSH = "addforce|setforce|aveforce|efield"
+ROLES = {
+    "granules": rf"create_atoms|{_FILES}|delete_atoms|replicate",
+    "place": rf"create_atoms|{_FILES}|set\b.*\s[xyz]\s|displace_atoms|lattice|replicate",
+    "radius": rf"set\b.*\s(?:diameter|radius)\s|{_FILES}",
+    "mass": rf"set\b.*\s(?:density|density/disc|mass|diameter)\s|mass\b|{_FILES}",
+    "contacts": "pair_coeff|pair_style|pair_modify|read_restart",
+    "wall": rf"{_FIX}wall/",
+    "constant force": rf"{_FIX}(?:gravity|{_PUSH})",
+    "gravity": rf"{_FIX}gravity",
+    "drag": rf"{_FIX}(?:viscous|langevin|drag|damping/cundall)",
+    "random": rf"{_FIX}(?:langevin|brownian|temp)|velocity\s+\S+\s+create"
+    r"|displace_atoms\s+\S+\s+random|create_atoms\s+\S+\s+random",
+    "velocity": rf"velocity\b|set\b.*\sv[xyz]\s|{_FILES}",
+    "spin": rf"set\b.*\s(?:omega|angmom)\s|velocity\b|{_FILES}",
+    "shock": rf"{_FIX}(?:{_PUSH}|move|smd|spring)",
+    "pushed": rf"{_FIX}(?:{_PUSH}|gravity)",
+    "timestep": rf"timestep\b|{_FIX}dt/reset|reset_timestep\b",
+    "run": r"run\b",
+    "motion": rf"{_FIX}(?:nve|nvt|npt|nph|rigid|setforce|freeze|momentum|recenter|move|lineforce"
+    r"|planeforce|enforce2d|viscous|addforce)|unfix\b|neigh|comm_modify",
+    "neighbours": "neigh_modify|neighbor|comm_modify",
+    "piston": rf"{_FIX}move",
+    "image": r"boundary\b",
+    "integrators": rf"{_FIX}(?:nve|nvt|npt|nph)",
+    "velocities": r"velocity\b|set\b.*\s(?:v[xyz]|omega|angmom)\s",
+    "displaced": "displace_atoms|delete_atoms|change_box",
+    "ends": rf"{_FIX}halt",
+    "excludes": r"neigh_modify\s.*\bexclude\s+(?!none)|pair_coeff\s+.*\slj/",
+    "restart": "read_restart",
+    "needed": "run|variable|read_|create_|units|pair_style|include|timestep",
+    "wall in motion": rf"{_FIX}wall/|unfix",
+}
+"""Commands that can set each kind of number, as a pattern of their beginnings."""
 
 _IN_TIME = re.compile(r"\b(?:time|step|elapsed|elaplong|ramp|swiggle|cwiggle|vdisplace|next)\b")
 
@@ -113,8 +100,7 @@ class Place:
 
 def is_of(deck: FoundDeck, index: int, role: str) -> bool:
     """Whether a command can set a number of a role."""
-    text = f"{deck.commands[index].text} "
-    return any(re.match(rf"\s*(?:{pattern})", text) for pattern in ROLES[role])
+    return re.match(rf"\s*(?:{ROLES[role]})", f"{deck.commands[index].text} ") is not None
 
 
 def commands_of(deck: FoundDeck, role: str) -> list[int]:
@@ -145,17 +131,15 @@ def with_numbers(
     variables stand in its place where no variable has the number, except in a loop.
     """
     fitting: dict[tuple[str, int], tuple[Place, str]] = {}
-    commands = deck.commands
+    lines = [(command.file, command.line) for command in deck.commands]
     mains = [*([] if at is None else [at]), *reversed(commands_of(deck, role))] if stands else []
     for index in dict.fromkeys(mains):
-        once = [(command.file, command.line) for command in commands].count(
-            (commands[index].file, commands[index].line)
-        )
-        texts = [(k, commands[k].written) for k in (index, *variables_of(commands, index))]
-        texts += [(index, commands[index].text)] if once == 1 else []
-        for k, text in texts:
-            where, right = place_at(deck, k), with_number(text.strip(), stands)
-            if right is not None:
+        places = [place_at(deck, k) for k in (index, *variables_of(deck.commands, index))]
+        texts = [(where, where.written) for where in places]
+        if lines.count(lines[index]) == 1:
+            texts.append((places[0], deck.commands[index].text.strip()))
+        for where, text in texts:
+            if (right := with_number(text, stands)) is not None:
                 fitting.setdefault((where.file, where.line), (where, right))
     return [*fitting.values()]
 
@@ -182,18 +166,16 @@ def key_of(command: Place | Executed) -> tuple[str, int, str]:
 def variables_of(commands: Sequence[Executed], index: int) -> list[int]:
     """Return commands that define the variables of a command, directly or through others."""
     definitions: list[int] = []
-    wanted, seen = _names(commands[index].written), set[str]()
+    wanted, names = list(_names(commands[index].written)), set[str]()
     while wanted:
         name = wanted.pop()
-        if name in seen:
-            continue
-        seen.add(name)
         definition = re.compile(rf"\s*variable\s+{re.escape(name)}\s")
-        for at in range(len(commands) - 1, -1, -1):
-            if commands[at].carried_out and definition.match(commands[at].written):
-                definitions.append(at)
-                wanted |= _names(commands[at].written)
-                break
+        at = [k for k, command in enumerate(commands)
+              if command.carried_out and definition.match(command.written)]  # fmt: skip
+        if at and name not in names:
+            definitions.append(at[-1])
+            wanted += _names(commands[at[-1]].written)
+        names.add(name)
     return definitions
 
 
@@ -261,28 +243,24 @@ class DeckCheck:
 
     def to_dict(self) -> dict[str, Any]:
         """Return the check as a JSON object."""
+        place = {"file": None, "line": None, "written": None}
+        if self.place is not None:
+            place = {name: getattr(self.place, name) for name in place}
         return {
             "name": self.name,
             "unit": self.unit,
             "measured": _finite(self.measured),
             "expected": _finite(self.expected),
             "effect_on_peaks": _finite(self.effect),
-            "passed": bool(self.passed),
-            "differs": bool(self.differs),
-            "sentence": self.sentence,
-            "reason": self.reason,
-            "file": None if self.place is None else self.place.file,
-            "line": None if self.place is None else self.place.line,
-            "written": None if self.place is None else self.place.written,
+            **{name: getattr(self, name) for name in ("passed", "differs", "sentence", "reason")},
+            **place,
             "command": self.command or None,
         }
 
 
 def _finite(value: float | None) -> float | None:
-    """A number for JSON: None if not finite, Python's own type."""
-    if value is None or not math.isfinite(value):
-        return None
-    return value if isinstance(value, int) else float(value)
+    """A number for JSON: None if not finite."""
+    return value if value is not None and math.isfinite(value) else None
 
 
 @dataclass(frozen=True, eq=False)
@@ -395,23 +373,6 @@ def values(measured: float, expected: float, unit: str) -> str:
     number, wanted = apart(measured, expected)
     end = f" {unit}" if unit else ""
     return f"is {number}{end}, the scene has {wanted}{end}"
-
-
-def groups(relative: FloatArray, room: FloatArray | float) -> list[Indices]:
-    """Indices of numbers with the same difference, the largest difference first.
-
-    ``relative`` is the difference of each number; those of round-off, ``room``, are left out.
-    """
-    left = np.flatnonzero(~(np.abs(relative) <= room))
-    sets: list[Indices] = []
-    # Most groups of equally wrong numbers with a remark each (chosen)
-    while left.size and len(sets) < 3 - 1:
-        order = np.nan_to_num(np.abs(relative[left]), nan=np.inf)
-        first = relative[left[int(np.argmax(order))]]
-        alike = np.isclose(relative[left], first, rtol=1e-2, atol=0) | ~np.isfinite(relative[left])
-        sets.append(left[alike])
-        left = left[~alike]
-    return [*sets, left] if left.size else sets
 
 
 def names(indices: Indices, size: int, what: str, first: int) -> str:

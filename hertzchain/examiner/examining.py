@@ -234,14 +234,13 @@ def _no_chain(
     size = contents.radius.size
     across = np.round(contents.sideways / np.min(contents.radius)).astype(np.int64)
     rows, each = np.unique(across, axis=0, return_counts=True)
-    kind = "do not lie in one row"
+    kind = "do not lie in one row along x, y or z"
     if 1 < len(rows) <= size // 2 and np.ptp(each) == 0:
         kind = f"lie in {len(rows)} rows of {each[0]}, not in one"
     check = DeckCheck(
         "chain", "", None, None, None, False, True,
         f"the deck is not a chain: its {size} granules {kind}",
-        "its other numbers and its run are not examined: hertzchain lint has rules"
-        " for any deck", place(contents, "granules"),
+        "its other numbers and its run are not examined", place(contents, "granules"),
     )  # fmt: skip
     peaks = DeckCheck("peaks", "N", None, None, None, False, True, "the deck was not run",
                       "it is not a chain", check.place)  # fmt: skip

@@ -7,6 +7,7 @@ run, or has stopped, the rest is the text as written.
 from __future__ import annotations
 
 import contextlib
+import itertools
 import math
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -170,18 +171,14 @@ class Deck:
         """The commands of these names."""
         return [command for command in self.commands if command.name in names]
 
-    def _last(self, name: str) -> Command | None:
-        """The last command of this name that has a word."""
-        return next((c for c in self.named(name)[::-1] if c.word(1)), None)
+    def last(self, *names: str) -> Command | None:
+        """The last command of these names that has a word."""
+        return next((c for c in reversed(self.named(*names)) if c.word(1)), None)
 
     def fixes(self, *styles: str) -> list[Command]:
         """The fixes of these styles, or all."""
         fixes = [fix for fix in self.named("fix") if len(fix.words) > 3]
         return [fix for fix in fixes if not styles or fix.words[3] in styles]
-
-    def carried_out(self, index: int | None) -> Command | None:
-        """The command with an index among those that LAMMPS carried out."""
-        return next((c for c in self.commands if index is not None and c.index == index), None)
 
     @cached_property
     def unread(self) -> list[Command]:
@@ -200,27 +197,22 @@ class Deck:
     @cached_property
     def units(self) -> str:
         """The units that it uses."""
-        last = self._last("units")
+        last = self.last("units")
         return "lj" if last is None else last.words[1]
 
     @cached_property
     def pair_style(self) -> Command | None:
         """The last pair style."""
-        return self._last("pair_style")
+        return self.last("pair_style")
 
     @cached_property
     def contact_style(self) -> tuple[str, ...]:
         """LAMMPS's pair style of granules and its numbers, also of a hybrid one; else empty."""
-        words = () if self.pair_style is None or self.is_of_liggghts else self.pair_style.words
+        words = () if self.pair_style is None else self.pair_style.words
         for k, word in enumerate(words):
             if word.split("/")[0] in ("granular", "gran"):
                 return (re.sub("/(omp|kk.*)", "", word), *words[k + 1 :])
         return ()
-
-    @cached_property
-    def is_granular(self) -> bool:
-        """Whether the deck has contact laws of granules."""
-        return bool(self.contact_style)
 
     @cached_property
     def is_of_liggghts(self) -> bool:
@@ -238,7 +230,7 @@ class Deck:
         style = self.contact_style
         if style[:1] and style[0] in CLASSIC and len(style) > 3 and self.pair_style is not None:
             laws.append(Law(self.pair_style, style[0], (style[1], style[3])))
-        elif self.is_granular:
+        elif style:
             for command in self.named("pair_coeff"):
                 rest = command.words[3:]
                 laws += _law(command, rest[1:] if rest[:1] == ("granular",) else rest)
@@ -298,33 +290,22 @@ class Deck:
     @cached_property
     def skin(self) -> float | None:
         """Distance beyond a contact within which neighbours are listed."""
-        given = [command for command in self.named("neighbor") if command.word(1)]
-        return number(given[-1].word(1)) if given else DEFAULT_SKIN.get(self.units)
+        last = self.last("neighbor")
+        return DEFAULT_SKIN.get(self.units) if last is None else number(last.words[1])
 
     @cached_property
     def no_chain(self) -> tuple[Command | None, str] | None:
-        """Why it is certainly no chain, and the command that shows it; None if it may be one."""
-        if self.is_other or self.granules is not None:
-            return self.is_other
-        unlikely = self._first_of(_HARDLY_A_CHAIN)
-        if unlikely is None and self.look is not None and self.look.granules is not None:
-            maker = next(iter(self.named("create_atoms", "read_data")), None)
-            count = self.look.granules.count
-            rows = f"its {count} granules do not lie in one row"
-            return maker, rows if count > 1 else "it has one granule"
-        return unlikely
-
-    @cached_property
-    def is_other(self) -> tuple[Command, str] | None:
-        """The command that excludes a chain wherever granules lie, and its description."""
-        return self._first_of(_NO_CHAIN)
-
-    def _first_of(self, signs: Sequence[tuple[str, str, str]]) -> tuple[Command, str] | None:
-        for command in self.commands:
-            for name, style, what in signs:
-                if command.name == name and re.fullmatch(style, command.word(_STYLE[name])):
-                    return command, what
-        return None
+        """Why it is no chain, and the command that shows it; None if it may be one."""
+        signs = _NO_CHAIN if self.granules is not None else (*_NO_CHAIN, *_HARDLY_A_CHAIN)
+        for command, (name, style, what) in itertools.product(self.commands, signs):
+            if command.name == name and re.fullmatch(style, command.word(_STYLE[name])):
+                return command, what
+        atoms = None if self.look is None or self.granules is not None else self.look.granules
+        if atoms is None:
+            return None
+        rows = f"its {atoms.count} granules do not lie in one row"
+        maker = next(iter(self.named("create_atoms", "read_data")), None)
+        return maker, rows if atoms.count > 1 else "it has one granule"
 
     @cached_property
     def boundary(self) -> Command | None:
@@ -360,19 +341,14 @@ class Trap:
     command: str  # name of the command
     pattern: str  # of the beginning of its words, joined by single blanks
     sentence: str  # ``{names}`` stand for the groups of the pattern
-    of_any: bool = False  # whether it also applies to decks that are not chains
 
     def found_in(self, deck: Deck) -> Found:
-        """The commands of a deck with this trap; laws of LIGGGHTS have other numbers."""
-        if (deck.no_chain and not self.of_any) or (deck.is_of_liggghts and self.rule in _OF_LAWS):
-            return
+        """The commands of a deck with this trap."""
         for command in deck.named(self.command):
             match = re.match(self.pattern, f"{' '.join(command.words[1:])} ")
             if match is not None:
                 yield command, self.severity, self.sentence.format(**match.groupdict())
 
-
-_OF_LAWS = {"not-hertz", "wall", "tangential"}
 
 TRAPS = (
     Trap("thermostat", "error", "fix",
@@ -386,7 +362,7 @@ TRAPS = (
     Trap("force-in-steps", "error", "fix",
          _FIX + r"addforce \S+ \S+ \S+ (?:.* )?every (?P<count>[2-9]|\d\d+)(?: |$)",
          "with every {count} the force is there at one of {count} steps only: the granule gets"
-         " 1/{count} of the momentum; leave the words out", of_any=True),
+         " 1/{count} of the momentum; leave the words out"),
     Trap("not-hertz", "error", "pair_style", r"(?:hybrid\S* .*)?(?P<law>gran/hooke\S*)", _HOOKE),
     Trap("not-hertz", "error", "pair_coeff", _LAW + r"(?P<law>hooke) ", _HOOKE),
     Trap("not-hertz", "warning", "pair_coeff",
@@ -398,12 +374,12 @@ TRAPS = (
     Trap("tangential", "warning", "pair_style",
          rf"(?:hybrid\S* .*)?gran/h(?:ooke|ertz)/history\S* \S+ {_ZERO} ",
          "Kt = 0: where granules slide LAMMPS divides by it; write NULL (2/7 of Kn) and a friction"
-         " of 0.0 as the fifth number, which takes the tangential force away", of_any=True),
+         " of 0.0 as the fifth number, which takes the tangential force away"),
     Trap("wall", "error", "fix",
          _FIX + rf"wall/gran\S* (?P<law>hertz|hooke)/history \S+ \S+ {_ZERO} ",
          "wall/gran {law}/history with gamma_n = 0 makes positions NaN at the first touch"
          f" ({dialect.WALL_IS_NAN}): write wall/gran granular hertz K 0.0 {dialect.NO_FRICTION}"
-         " with K = 4/3 E*", of_any=True),
+         " with K = 4/3 E*"),
     Trap("wall", "warning", "fix", _FIX + r"wall/gran\S* granular hertz/material ",
          "this wall is an elastic half-space of its material, not a rigid wall, and LAMMPS of 2021"
          " and 2022 makes it 1 + nu times too stiff: give the stiffness itself, granular hertz K"
@@ -421,7 +397,7 @@ def not_hertz(deck: Deck) -> Found:
                 f" granular and {_HERTZ}"
             )
             yield deck.runs[0], "error", text
-    elif not (deck.is_granular or deck.is_of_liggghts) and "$" not in style.word(1):
+    elif not deck.contact_style and "$" not in style.word(1):
         text = (
             f"pair_style {style.word(1)} is not a contact of spheres: Hertz's law is pair_style"
             f" granular with {_HERTZ}"
@@ -455,10 +431,8 @@ def damping(deck: Deck) -> Found:
                 f" LAMMPS {BEFORE_ROOT_2} than in later ones (1 lowers peaks by up to 0.2 %):"
                 f" coeff_restitution gives its number since 29 Aug 2024; without any, {_UNDAMPED}"
             )
-            yield law.command, "note" if deck.no_chain else "warning", text
+            yield law.command, "warning", text
         elif abs(value) > _NO_DAMPING and (kind, value) != ("coeff_restitution", 1):
-            if deck.no_chain:
-                continue
             what = "gamma_n" if law.normal in CLASSIC else number_of
             text = (
                 f"{what}, {law.numbers[1]}, damps the contacts: energy is lost, and peaks are lower"
@@ -478,7 +452,7 @@ def attraction(deck: Deck) -> Found:
         takes_damping = law.normal in ("hooke", "hertz", "hertz/material", *CLASSIC)
         damps = value is not None and abs(value) > _NO_DAMPING
         if takes_damping and damps and not {"none", "limit_damping"} & set(law.command.words):
-            yield law.command, "note" if deck.no_chain else "warning", text
+            yield law.command, "warning", text
 
 
 def poisson_ratio(deck: Deck) -> Found:
@@ -495,9 +469,6 @@ def poisson_ratio(deck: Deck) -> Found:
                 f" the ratio is {poisson:g} and the damping {damping:g}"
             )
             yield law.command, "error" if impossible else "warning", text
-
-
-COMMAND_RULES = not_hertz, damping, attraction, poisson_ratio
 
 
 # ---- Granules
@@ -539,7 +510,7 @@ def diameter_missing(deck: Deck) -> Found:
     brought = deck.named("read_data", "molecule") or deck.is_partial
     given = {word for command in deck.named("set") for word in command.words}
     lacks = "diameter" if "diameter" not in given else "density"
-    if not created or brought or not deck.is_granular or deck.no_chain:
+    if not created or brought or not deck.contact_style:
         return
     if not {"density", "mass"} & given or lacks == "diameter":
         text = (
@@ -567,7 +538,7 @@ def unusual_density(deck: Deck) -> Found:
 def ghost_velocity(deck: Deck) -> Found:
     """Contact laws of granules need the velocities of ghosts."""
     wanted = any(command.after("vel") == "yes" for command in deck.named("comm_modify"))
-    if deck.is_granular and not wanted and not deck.is_partial:
+    if deck.contact_style and not wanted and not deck.is_partial:
         text = (
             "comm_modify vel yes is missing: pair styles of granules need the velocities of ghost"
             " granules, and LAMMPS stops at the first run; write it before the pair style"
@@ -584,10 +555,11 @@ def periodic(deck: Deck) -> Found:
     room = 2 * (2 * float(granules.radius.max()) + deck.skin)
     box, place = granules.high - granules.low, granules.position
     is_flat = any(command.word(1) == "2" for command in deck.named("dimension"))
-    for k, direction in enumerate(granules.frame):
-        name = "xyz"[int(abs(direction).argmax())]
+    for k, (axis, side) in enumerate(zip(granules.axes, granules.boundary, strict=True)):
+        name = "xyz"[axis]
         narrow = box[k] <= place[:, k].max() - place[:, k].min() + room
-        if granules.periodic[k] and narrow and not (is_flat and name == "z"):  # as LAMMPS wants it
+        wanted = is_flat and name == "z"  # by LAMMPS, in two dimensions
+        if side == "p" and narrow and not wanted:
             what = (
                 "every granule has images as ghosts, and a step takes twice as long" if k
                 else "the chain has no free ends, the last granule meets the first"
@@ -603,7 +575,7 @@ def not_touching(deck: Deck) -> Found:
     """Granules of a chain touch without force, unless gaps and loads are intended."""
     granules = deck.granules
     makers = deck.named("lattice", "create_atoms", "read_data", "displace_atoms")
-    if granules is None or not deck.is_granular or not makers:
+    if granules is None or not deck.contact_style or not makers:
         return
     gap = (granules.position[1:, 0] - granules.position[:-1, 0]) / granules.reach - 1
     is_meant = deck.is_loaded or granules.velocity.any()
@@ -623,10 +595,8 @@ _MOVER = re.compile(r"(nve|nvt|npt|nph|rigid|move$|brownian|ehex|controller|pyth
 
 def motion(deck: Deck) -> Found:
     """Exactly one fix has to move each granule."""
-    if deck.is_of_liggghts:
-        return
     movers = [fix for fix in deck.fixes() if _MOVER.match(fix.words[3])]
-    is_whole = deck.pair_style is not None and not deck.is_partial and not deck.no_chain
+    is_whole = deck.pair_style is not None and not deck.is_partial
     if deck.runs and not movers and is_whole:
         text = "no fix moves the granules, nothing happens: write fix motion all nve"
         yield deck.runs[0], "error", text
@@ -742,7 +712,7 @@ def step_length(deck: Deck) -> Found:
     )  # fmt: skip
     limit = 2 / math.sqrt(squares[0])
     unit, longest = limit / _UNSTABLE_STEP, max(look.runs, key=lambda run: run.dt)
-    run = deck.carried_out(longest.command)
+    run = next((c for c in deck.commands if c.index == longest.command), None)
     steps = [c for c in deck.named("timestep") if run is not None and c.place < run.place]
     step, what = longest.dt / unit, f"contacts pressed by {pressing:.4g}, {origin}"
     text = f"{0.02 * unit:.1g} gives peaks right to about 1e-4"
@@ -762,8 +732,9 @@ def step_length(deck: Deck) -> Found:
 
 
 CHAIN_RULES = (
-    density_before_diameter, diameter_missing, unusual_density, ghost_velocity, periodic,
-    not_touching, motion, lattice_units, force_frozen, force_on_all, step_length,
+    not_hertz, damping, attraction, poisson_ratio, density_before_diameter, diameter_missing,
+    unusual_density, ghost_velocity, periodic, not_touching, motion, lattice_units, force_frozen,
+    force_on_all, step_length,
 )  # fmt: skip
 
 
@@ -806,7 +777,7 @@ _REFUSED = re.compile(
 def _text_alone(deck: Deck) -> Found:
     """Errors from where LAMMPS stops: its own message, or a command that does not exist."""
     look = deck.look
-    if look is None or not look.stopped or deck.is_other is not None:
+    if look is None or not look.stopped:
         return
     where, why = _stop(deck, look)
     lacks = "is part of the" in why  # a package of LAMMPS that is not installed here
@@ -837,36 +808,28 @@ def _elsewhere(deck: Deck) -> Found:
         text = f"the commands behind this {command.name} are unknown: none is reported as missing"
         yield command, "note", text
     if deck.is_of_liggghts:
-        text = "this deck is for LIGGGHTS: its contact laws and integrators are not examined"
+        text = "this deck is for LIGGGHTS: rules for chains in LAMMPS are left out"
         yield deck.pair_style, "note", text
 
 
 RULES: dict[str, Callable[[Deck], Found]] = {
     rule.__name__.strip("_").replace("_", "-"): rule
-    for rule in (
-        _no_deck, _no_run, _no_chain, _text_alone, _elsewhere, *COMMAND_RULES, *CHAIN_RULES,
-    )
-}  # fmt: skip
+    for rule in (_no_deck, _no_run, _no_chain, _text_alone, _elsewhere, *CHAIN_RULES)
+}
 """Rules that are functions, by name; the others are those of ``TRAPS``."""
-
-OF_CHAINS = {
-    "not-hertz", "unusual-density", "not-touching", "periodic", "lattice-units", "force-on-all",
-    "step-length",
-}  # fmt: skip
-"""Rules that apply only to chains; each entry of ``TRAPS`` has its own ``of_any``."""
 
 
 def findings(commands: Sequence[Command], look: Look | None = None) -> list[Finding]:
     """Return the findings in the commands of a deck, and in what LAMMPS finds in it, by line."""
     deck = Deck(commands, look)
-    of_traps = [(trap.rule, trap.found_in(deck)) for trap in TRAPS]
-    rules = {
-        name: rule for name, rule in RULES.items() if not (deck.no_chain and name in OF_CHAINS)
-    }
+    is_other = deck.no_chain or deck.is_of_liggghts
+    said = [(name, rule(deck)) for name, rule in RULES.items()
+            if not (is_other and rule in CHAIN_RULES)]  # fmt: skip
+    said += [] if is_other else [(trap.rule, trap.found_in(deck)) for trap in TRAPS]
     reports: set[Finding] = set()
-    for name, said in (*of_traps, *((name, rule(deck)) for name, rule in rules.items())):
+    for name, rows in said:
         with contextlib.suppress(ArithmeticError):  # numbers beyond the range of floating point
-            for command, severity, sentence in said:
+            for command, severity, sentence in rows:
                 line = 1 if command is None else command.line
                 inside = f"{command.inside}: " if command is not None and command.inside else ""
                 reports.add(Finding(line, name, severity, f"{inside}{sentence}"))

@@ -150,9 +150,9 @@ def length(scene: Scene) -> float:
 
 def places(scene: Scene) -> FloatArray:
     """Places of granules and a wall [m]: contact after contact, each in equilibrium."""
-    granules = scene.granules
-    pressed, carried = scene.precompression, np.zeros(granules.stiffness.size)
-    load, weighs, weight = 0.0 if pressed is None else pressed.force, 0.0, _weight(scene)
+    granules, weight = scene.granules, _weight(scene)
+    carried = np.zeros(granules.stiffness.size)
+    load, weighs = 0.0 if scene.precompression is None else scene.precompression.force, 0.0
     fixed = set(granules.fixed[scene.first_granule :].tolist())
     # A free striker presses nothing at the start, and a fixed granule passes nothing on but a near
     # wall, which presses the chain.
@@ -162,10 +162,10 @@ def places(scene: Scene) -> FloatArray:
             load = weighs = 0.0
         carried[k] = weighs + load
     overlap = (carried / granules.stiffness) ** (2 / 3)
-    ahead = np.broadcast_to(scene.chain.gap, scene.chain.granules)[1:]
+    gap = np.broadcast_to(scene.chain.gap, scene.chain.granules)[1:]
     if scene.near_wall is not None:
-        ahead = np.append(scene.near_wall.gap, ahead)
-    ahead = granules.radius[1:] + ahead
+        gap = np.append(scene.near_wall.gap, gap)
+    ahead = granules.radius[1:] + gap
     if scene.wall is not None:
         ahead = np.append(ahead, scene.wall.gap)
     return np.append(0.0, np.cumsum(granules.radius[: carried.size] + ahead - overlap))
@@ -266,9 +266,9 @@ def law_of(overlap: FloatArray, force: FloatArray, stiffness: float, near: float
     depth, push = overlap[tried][order], force[tried][order]
     tries = depth, push / (stiffness * depth**1.5)
     depth, push = depth[push > 0], push[push > 0]
-    exponent, at = 1.5, 0
     if depth.size == 0:
-        return Law(0.0, exponent, *tries, 0.0)
+        return Law(0.0, 1.5, *tries, 0.0)
+    exponent, at = 1.5, 0
     if depth.size > 1:
         at = int(np.clip(np.searchsorted(depth, near), 1, depth.size - 1))
         exponent = float(np.log(push[at] / push[at - 1]) / np.log(depth[at] / depth[at - 1]))
@@ -282,11 +282,9 @@ def _tries(deck: FoundDeck, scene: Scene) -> list[list[FloatArray]]:
     They are overlaps and forces; then overlaps, speeds of approach and forces.
     """
     count, wall = scene.bodies, far_wall(deck)
-    columns = (
-        deck.overlap, deck.contact_force,
-        deck.damped_overlap, deck.closing, deck.damped_force,
-    )  # fmt: skip
     between = min(count - 1, deck.contact_force.shape[1])
+    columns = (deck.overlap, deck.contact_force,
+               deck.damped_overlap, deck.closing, deck.damped_force)  # fmt: skip
     probes = [[column[:, k] for column in columns] for k in range(between)]
     if scene.wall is not None and wall is not None and between == count - 1:
         # A gap is not probed there.
@@ -336,13 +334,11 @@ class Damper:
 def dampers(deck: FoundDeck, scene: Scene) -> list[Damper]:
     """Damping of each contact, the wall's last: force in motion less force at rest."""
     law = None if scene.contact is None else DampedLaw.of(scene)
-    dampings = []
-    at_rest = [DEPTHS.index(depth) for depth, _ in DAMPED]
+    dampings, at_rest = [], [DEPTHS.index(depth) for depth, _ in DAMPED]
     for k, (_, force, *tries) in enumerate(_tries(deck, scene)):
         tried = np.isfinite(tries[2]) & (tries[0] > 0)
         overlap, closing, damped = (values[tried] for values in tries)
-        elastic = force[at_rest][tried]
-        expected = np.zeros_like(overlap)
+        elastic, expected = force[at_rest][tried], np.zeros_like(overlap)
         if law is not None:
             added = law.damper(overlap[:, None], closing[:, None], np.array([k]))[:, 0]
             expected = np.asarray(added, np.float64)
@@ -442,14 +438,11 @@ def readings_of_runs(deck: FoundDeck) -> list[tuple[FloatArray, FloatArray]]:
     """Times [s] and applied forces [N] of each run; two readings where one follows another."""
     time, force = deck.applied_time, deck.applied_force
     pieces, first = [], 0
-    for k, run in enumerate(deck.runs):
+    for run in deck.runs:
         end, room = run.start + run.steps * run.dt, 1e-6 * run.dt + 1e-12 * abs(run.start)
-        last = first
-        while last < time.size and time[last] <= end + room:
-            last += 1
-            reached = last < time.size and abs(time[last - 1] - end) <= room
-            if reached and k + 1 < len(deck.runs) and abs(time[last] - end) <= room:
-                break  # the next reading is the first one of the next run
+        last = int(np.searchsorted(time, end + room, side="right"))
+        ends = int(np.searchsorted(time, end - room))  # of two readings there the first
+        last = min(last, ends + 1) if run is not deck.runs[-1] else last
         pieces.append((time[first:last], force[first:last]))
         first = last
     return pieces
@@ -510,12 +503,10 @@ def damping_of(deck: FoundDeck, scene: Scene) -> dict[str, Any]:
     power = _power_of(each, 0.5 if scene.contact is None else twin.damping_exponent)
     damping, pulls = np.array(twin.damping), False
     for k, damper in enumerate(each):
-        closing = damper.closing > 0
-        if not closing.any():
-            continue
-        deep = int(np.argmax(np.where(closing, damper.overlap, 0.0)))
-        damping[k] = damper.added[deep] / (damper.overlap[deep] ** power * damper.closing[deep])
-        pulls = pulls or bool(np.any(damper.elastic + damper.added < -QUIET * damper.elastic))
+        if np.any(closing := damper.closing > 0):
+            deep = int(np.argmax(np.where(closing, damper.overlap, 0.0)))
+            damping[k] = damper.added[deep] / (damper.overlap[deep] ** power * damper.closing[deep])
+            pulls |= bool(np.any(damper.elastic + damper.added < -QUIET * damper.elastic))
     return {"damping": damping, "damping_exponent": power, "attraction": pulls}
 
 

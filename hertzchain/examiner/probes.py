@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from hertzchain.arrays import FloatArray, Quantity, apart
 from hertzchain.engines.lammps.reading.deck import UNITS, FoundFix
@@ -29,7 +28,6 @@ from hertzchain.examiner.examined import (
     Pairs,
     commands_of,
     formula_of,
-    groups,
     is_of,
     key_of,
     place,
@@ -67,34 +65,34 @@ _SAME_UNIT = 0.1  # relative: lengths in other units are off by 100 or more (cho
 
 
 @dataclass(frozen=True, eq=False)
-class Numbers:
-    """The numbers that a probe compares, of shape (n,), and explanations of a difference.
+class Number:
+    """A number of a deck, that of the scene, and explanations of a difference."""
 
-    Functions get the index of a number, or the indices of those that differ alike.
-    """
-
-    measured: ArrayLike  # of the deck
-    expected: ArrayLike  # of the scene
-    scale: ArrayLike = 1.0  # a difference is judged relative to it
-    room: ArrayLike = 0.0  # largest relative difference of round-off; negative if all differ
+    measured: float  # of the deck
+    expected: float  # of the scene
+    room: float = 0.0  # largest difference of round-off, in the unit; negative if all differ
     # Relative difference that counts as one of digits; None if it must be harmless.
-    digits: ArrayLike | None = None
+    digits: float | None = None
     # Numbers of the twin that the deck's replace: the change of its peaks is the effect.
-    twin: Callable[[Indices], Mapping[str, Any]] | None = None
+    twin: Mapping[str, Any] | None = None
     effect: float | None = None  # without such numbers; by default that of all
     # Pairs of the wrong and the right number as a line may contain them, in the deck's units.
-    stands: Callable[[int], Pairs] = lambda _: ()
-    at: Callable[[int], int | None] | int | None = None  # the command that LAMMPS shows to act
-    guess: Callable[[int], int | None] | int | None = None  # one of several that may act
+    stands: Pairs = ()
+    at: int | None = None  # the command that LAMMPS shows to act
+    guess: int | None = None  # one of several that may act
     command: str = ""  # the right command, if it contains no number
-    name: Callable[[Indices], str] | str = ""  # these four: if not those of the probe
-    sentence: Callable[[int], str] | str = ""
-    role: Callable[[int], str] | str = ""
+    name: str = ""  # these five: if not those of the probe
+    unit: str | None = None
+    role: str = ""
     reason: str = ""
-    note: Callable[[int], str] | str = ""  # words behind both numbers
-    unit: str | None = None  # if not that of the probe
-    # Whether equal relative differences get a check each (``alike``), or each number (``each``).
-    split: str = "together"
+    sentence: str = ""
+    note: str = ""  # words behind both numbers
+
+    @property
+    def differs(self) -> bool:
+        """Whether the difference is above round-off."""
+        is_same = self.measured == self.expected and self.room >= 0
+        return not (is_same or abs(self.measured - self.expected) <= self.room)
 
 
 @dataclass(frozen=True)
@@ -104,94 +102,43 @@ class Probe:
     name: str  # what is compared
     unit: str
     role: str  # commands that set and correct it: a key of ``ROLES``
-    compare: Callable[[Case], Numbers | None]  # None if it does not apply
+    compare: Callable[[Case], Iterable[Number]]  # empty if it does not apply
     reason: str = ""  # why no difference is allowed, or what is compared
-    each: str = ""  # name of a difference, with ``{granules}`` or ``{contacts}``; or ``name``
-
-    def name_of(self, case: Case, alike: Indices) -> str:
-        """The name of a difference at some granules or contacts."""
-        if "{granules}" in self.each:
-            return self.each.format(granules=case.granule_name(alike))
-        return self.each.format(contacts=case.contact_name(alike)) if self.each else self.name
-
-
-def _at(value: Any, k: int | Indices) -> Any:
-    """The value of a field of ``Numbers`` at an index."""
-    return value(k) if callable(value) else value
 
 
 def checks_of(case: Case, probe: Probe) -> list[DeckCheck]:
-    """The checks of a probe: one for all numbers that agree, or one for each difference."""
-    numbers = probe.compare(case)
-    if numbers is None:
-        return []
-    measured, expected = (np.atleast_1d(np.asarray(each)) for each in
-                          (numbers.measured, numbers.expected))  # fmt: skip
-    if measured.size == 0:
-        return []
-    scale, room, digits = (
-        np.broadcast_to(np.asarray(each, float), measured.shape)
-        for each in (
-            numbers.scale,
-            numbers.room,
-            math.nan if numbers.digits is None else numbers.digits,
-        )
-    )
-    with np.errstate(divide="ignore", invalid="ignore"):
-        off = np.where(measured == expected, 0.0, (measured - expected) / scale)
-    differs = np.flatnonzero(~(np.abs(off) <= room))
-    if differs.size == 0:
-        k = int(np.argmax(np.abs(off)))
-        both = _plain(measured[k]), _plain(expected[k])
-        allowed = None if math.isinf(room[k]) else float(max(room[k], 0) * abs(scale[k]))
-        return [DeckCheck(probe.name, probe.unit, *both, numbers.effect or 0.0,
-                          True, False, f"{probe.name} is as in the scene",
-                          probe.reason or case.reason(1.0), room=allowed)]  # fmt: skip
-    parts = [differs]
-    if numbers.split == "each":
-        parts = [np.array([k]) for k in differs]
-    elif numbers.split == "alike":
-        parts = groups(np.where(np.isin(np.arange(off.size), differs), off, 0.0), 0.0)
-    checks = []
-    for alike in parts:
-        sizes = np.nan_to_num(np.abs(off[alike]), nan=np.inf)
-        # Relative difference up to which the first of equal differences is shown (chosen)
-        tied = 1e-6 if numbers.split == "alike" else 0.0
-        k = int(alike[np.argmax(sizes >= (1 - tied) * np.max(sizes))])
-        check = _difference(case, probe, numbers, alike, k, float(digits[k]))
-        both = _plain(measured[k]), _plain(expected[k])
-        allowed = float(max(room[k], 0) * abs(scale[k]))
-        words = f"{check.name} {values(*both, check.unit)}{_at(numbers.note, k)}"
-        checks.append(replace(check, measured=both[0], expected=both[1], room=allowed,
-                              sentence=check.sentence or words))  # fmt: skip
-    return checks
+    """The checks of a probe: one for each difference, or one if there is none."""
+    numbers = [*probe.compare(case)]
+    differing = [number for number in numbers if number.differs]
+    return [_check(case, probe, number) for number in differing or numbers[:1]]
 
 
-def _difference(
-    case: Case, probe: Probe, numbers: Numbers, alike: Indices, k: int, digits: float
-) -> DeckCheck:
-    """The check of a difference without its numbers: its effect on the peaks, and its line."""
-    effect = numbers.effect
-    if numbers.twin is not None:
-        effect = 0.0 if case.exact else case.effect(**numbers.twin(alike))
+def _check(case: Case, probe: Probe, number: Number) -> DeckCheck:
+    measured, expected = (_plain(each) for each in (number.measured, number.expected))
+    room = None if math.isinf(number.room) else float(max(number.room, 0.0))
+    if not number.differs:
+        return DeckCheck(probe.name, probe.unit, measured, expected, number.effect or 0.0, True,
+                         False, f"{probe.name} is as in the scene",
+                         probe.reason or case.reason(1.0), room=room)  # fmt: skip
+    effect, digits, role = number.effect, number.digits, number.role or probe.role
+    if number.twin is not None:
+        effect = 0.0 if case.exact else case.effect(**number.twin)
     elif effect is None:
         effect = case.whole_effect
-    reason = numbers.reason or (probe.reason if math.isnan(digits) else case.reason(digits))
-    if math.isnan(digits):
+    reason = number.reason or (probe.reason if digits is None else case.reason(digits))
+    if digits is None:
         passed = effect <= HARMLESS * case.tolerance and not case.exact and not case.strict
     else:
         passed = effect <= case.tolerance and abs(digits) <= DIGITS * case.tolerance
-    unit = probe.unit if numbers.unit is None else numbers.unit
-    role, stands = _at(numbers.role, k) or probe.role, numbers.stands(k)
-    at = _at(numbers.at, k)
-    at = _at(numbers.guess, k) if at is None else at
-    lines = with_numbers(case.deck, role, stands, at)
-    where = lines[0][0] if lines else place(case.deck, role, at)
-    sure = bool(lines) or _at(numbers.at, k) is not None or _is_only(case, role)
+    name, unit = number.name or probe.name, probe.unit if number.unit is None else number.unit
+    at = number.guess if number.at is None else number.at
+    lines = with_numbers(case.deck, role, number.stands, at)
     return DeckCheck(
-        _at(numbers.name, alike) or probe.name_of(case, alike), unit, None, None, effect,
-        bool(passed), True, _at(numbers.sentence, k), reason, where,
-        "" if lines else numbers.command, role=role, is_sure=sure,
+        name, unit, measured, expected, effect, bool(passed), True,
+        number.sentence or f"{name} {values(measured, expected, unit)}{number.note}", reason,
+        lines[0][0] if lines else place(case.deck, role, at), "" if lines else number.command,
+        role=role, room=room,
+        is_sure=bool(lines) or number.at is not None or _is_only(case, role),
         corrections=tuple({key_of(line): (right,)} for line, right in lines),
     )  # fmt: skip
 
@@ -202,9 +149,45 @@ def _is_only(case: Case, role: str) -> bool:
     return role != "motion" and len({(command.file, command.line) for command in commands}) == 1
 
 
-def _plain(number: object) -> Any:
+def _plain(number: Any) -> Any:
     """Return a Python number from NumPy's."""
     return number.item() if isinstance(number, np.generic) else number
+
+
+def _off(measured: FloatArray, expected: FloatArray, scale: Quantity) -> FloatArray:
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.where(measured == expected, 0.0, (measured - expected) / scale)
+
+
+def _most(
+    measured: FloatArray, expected: FloatArray, scale: Quantity = 1.0, room: Quantity = 0.0
+) -> tuple[int, Indices]:
+    """The index of the largest difference over a scale, and those of all above round-off."""
+    off = np.nan_to_num(np.abs(_off(measured, expected, scale)), nan=np.inf)
+    differs = np.flatnonzero(off > room)
+    k = int(differs[np.argmax(off[differs])]) if differs.size else int(np.argmax(off))
+    return k, differs if differs.size else np.array([k])
+
+
+def _groups(
+    measured: FloatArray, expected: FloatArray, scale: Quantity, room: Quantity
+) -> Iterator[tuple[int, Indices]]:
+    """Equal differences over a scale: the index of the first of them, and the indices of all."""
+    off = _off(measured, expected, scale)
+    size = np.nan_to_num(np.abs(off), nan=np.inf)
+    left, count = np.flatnonzero(size > room), 0
+    if off.size and not left.size:
+        yield int(np.argmax(size)), left
+    while left.size:
+        most = off[left[np.argmax(size[left])]]
+        alike = np.isclose(off[left], most, rtol=1e-2, atol=0) | ~np.isfinite(off[left])
+        count += 1
+        # Most groups of equal differences with a remark each (chosen)
+        part = left[alike] if count < 3 else left
+        # Relative difference up to which the first of equal differences is shown (chosen)
+        k = part[np.argmax(size[part] >= (1 - 1e-6) * np.max(size[part]))]
+        yield int(k), part
+        left = left[~alike] if count < 3 else left[:0]
 
 
 def _both(measured: FloatArray, expected: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -223,34 +206,28 @@ def _with(numbers: FloatArray, at: slice | int | Indices, new: Quantity) -> Floa
 # ---- Granules before anything moves
 
 
-def _count(case: Case) -> Numbers:
+def _count(case: Case) -> Iterator[Number]:
     walls, size, wanted = case.scene.first_granule, case.deck.radius.size, case.scene.bodies
-    return Numbers(
-        size - walls, wanted - walls, effect=math.inf,
-        stands=lambda _: [(size, wanted), *[(size - 1, wanted - 1)] * (size - 1 != wanted)],
-        sentence=f"the deck has {size - walls} granule{'s' * (size - walls != 1)}, the scene"
-        f" {wanted - walls}",
-    )  # fmt: skip
+    pairs = [(size, wanted), *[(size - 1, wanted - 1)] * (size - 1 != wanted)]
+    yield Number(size - walls, wanted - walls, effect=math.inf, stands=pairs)
 
 
-def _radius(case: Case) -> Numbers:
+def _radius(case: Case) -> Iterator[Number]:
     measured, expected = _both(case.deck.radius, case.scene.granules.radius)
-    unit, (line, right) = case.units.length, _other_units(case)
-
-    def twin(alike: Indices) -> dict[str, Any]:
-        mass, opening = np.array(case.twin.mass), np.array(case.twin.opening)
-        differs = np.flatnonzero(measured != expected)
-        mass[differs] = case.deck.mass[differs]
+    unit, room, (line, right) = case.units.length, case.least(ROUND_OFF), _other_units(case)
+    differs = np.flatnonzero(measured != expected)
+    mass = _with(case.twin.mass, differs, case.deck.mass[differs])
+    for k, alike in _groups(measured, expected, expected, room):
+        opening = np.array(case.twin.opening)
         for granule in alike:  # smaller granules no longer touch
             opening[max(granule - 1, 0) : granule + 1] += expected[granule] - measured[granule]
-        return {"mass": mass, "opening": opening}
-
-    def stands(k: int) -> Pairs:
         old, new = measured[k] / unit, expected[k] / unit
-        return [(2 * old, 2 * new), (old, new)] if line is None else ()
-
-    return Numbers(measured, expected, expected, case.least(ROUND_OFF), measured / expected - 1,
-                   twin, stands=stands, at=line, command=right, split="alike")  # fmt: skip
+        yield Number(
+            measured[k], expected[k], room * expected[k], measured[k] / expected[k] - 1,
+            {"mass": mass, "opening": opening}, at=line, command=right,
+            stands=[(2 * old, 2 * new), (old, new)] if line is None else (),
+            name=f"radius of {case.granule_name(alike)}",
+        )  # fmt: skip
 
 
 def _other_units(case: Case) -> tuple[int | None, str]:
@@ -268,9 +245,9 @@ def _other_units(case: Case) -> tuple[int | None, str]:
     return None, ""
 
 
-def _mass(case: Case) -> Numbers:
+def _mass(case: Case) -> Iterator[Number]:
     """Masses, where a wrong radius does not explain them."""
-    granules, units = case.scene.granules, case.units
+    granules, units, room = case.scene.granules, case.units, case.least(ROUND_OFF)
     measured, expected = _both(case.deck.mass, granules.mass)
     held = np.isinf(expected)  # what nothing moves weighs nothing
     free = granule_mass(granules.radius, granules.density)[: held.size]
@@ -278,82 +255,56 @@ def _mass(case: Case) -> Numbers:
     radius, of_scene = _both(case.deck.radius, granules.radius)
     fitting = expected * (radius / of_scene) ** 3
     explained = np.abs(measured / fitting - 1) <= case.least(1e-6)
-
-    def stands(k: int) -> Pairs:
+    measured = np.where(explained, expected, measured)
+    for k, alike in _groups(measured, expected, expected, room):
         old, new = float(measured[k]), float(expected[k])
         volume = 4 / 3 * math.pi * float(of_scene[k]) ** 3 * units.density
         early = old / units.mass / (math.pi / 6)  # LAMMPS makes granules with a diameter of 1
-        return [(early, new / volume), (old / volume, new / volume),
-                (old / units.mass, new / units.mass)]  # fmt: skip
+        yield Number(
+            old, new, room * new, old / new - 1,
+            {"mass": _with(case.twin.mass, alike, measured[alike])},
+            stands=[(early, new / volume), (old / volume, new / volume),
+                    (old / units.mass, new / units.mass)],
+            name=f"mass of {case.granule_name(alike)}",
+        )  # fmt: skip
 
-    return Numbers(
-        np.where(explained, expected, measured), expected, expected, case.least(ROUND_OFF),
-        measured / expected - 1, lambda at: {"mass": _with(case.twin.mass, at, measured[at])},
-        stands=stands, split="alike",
-    )  # fmt: skip
 
-
-def _place(case: Case) -> Numbers | None:
+def _place(case: Case) -> Iterator[Number]:
     """Places of granules: a generated chain begins at 0, others may begin anywhere."""
-    if not case.exact:
-        return None
-    begin = float(case.deck.origin @ case.deck.direction)
-    measured, expected = _both(begin + case.deck.position, places(case.scene))
-    return Numbers(measured, expected, length(case.scene), EXAMINED)
+    if case.exact:
+        begin = float(case.deck.origin @ case.deck.direction)
+        measured, expected = _both(begin + case.deck.position, places(case.scene))
+        k, _ = _most(measured, expected)
+        yield Number(measured[k], expected[k], EXAMINED * length(case.scene))
 
 
-def _distance(case: Case) -> Numbers:
+def _distance(case: Case) -> Iterator[Number]:
     """Gaps and overlaps at the start, from the distance of neighbours."""
     position, of_scene = _both(case.deck.position, places(case.scene)[: case.scene.bodies])
     measured, expected = np.diff(position), np.diff(of_scene)
     size, unit, settles = measured.size, case.units.length, case.deck.before > 0
+    if not size:
+        return
     off, opening = measured - expected, np.array(case.twin.opening)
     opening[:size] += off
-
-    def name(alike: Indices) -> str:
-        most = alike[np.abs(off[alike]) >= 0.5 * np.max(np.abs(off[alike]))]
-        return f"distance of granules at {case.contact_name(most, size)}"
-
-    def sentence(k: int) -> str:
-        kind, when = "a gap" if opening[k] > 0 else "an overlap", " when the shock begins" * settles
-        return (f"distance of granules at {case.contact_name(k, size)}{when}"
-                f" {values(measured[k], expected[k], 'm')}: {kind} of {abs(opening[k]):.3g} m,"
-                f" which the shock presses by {case.near[k]:.2g} m")  # fmt: skip
-
-    def stands(k: int) -> Pairs:
-        first = 1 + int(np.flatnonzero(np.abs(off) >= max(0.5 * abs(off[k]), case.rounded))[0])
-        times = float(measured[k] / expected[k])  # not one that any 1 in a line may be
-        return [(measured[k] / unit, expected[k] / unit),
-                (abs(float(position[first])) / unit, float(of_scene[first]) / unit),
-                *[(times, 1.0)] * (abs(times - 1) > 2 * SAME)]  # fmt: skip
-
-    box, pitch = _replicated(case, float(expected[0] / measured[0]) if size else 1.0)
-    return Numbers(
-        measured, expected, room=GAP_SHARE * case.near[:size] + case.rounded, digits=0.0, name=name,
-        twin=lambda _: {"opening": opening}, sentence=sentence,
-        stands=(lambda _: ()) if settles else stands,  # then the places stand in no line
+    room = GAP_SHARE * case.near[:size] + case.rounded
+    k, alike = _most(measured, expected, room=room)
+    most = alike[np.abs(off[alike]) >= 0.5 * np.max(np.abs(off[alike]))]
+    kind, when = "a gap" if opening[k] > 0 else "an overlap", " when the shock begins" * settles
+    first = 1 + int(np.argmax(np.abs(off) >= max(0.5 * abs(off[k]), case.rounded)))
+    times = float(measured[k] / expected[k])  # not one that any 1 in a line may be
+    pairs = [(measured[k] / unit, expected[k] / unit),
+             (abs(float(position[first])) / unit, float(of_scene[first]) / unit),
+             *[(times, 1.0)] * (abs(times - 1) > 2 * SAME)]  # fmt: skip
+    yield Number(
+        measured[k], expected[k], room[k], 0.0, {"opening": opening},
+        name=f"distance of granules at {case.contact_name(most, size)}",
+        sentence=f"distance of granules at {case.contact_name(k, size)}{when}"
+        f" {values(measured[k], expected[k], 'm')}: {kind} of {abs(opening[k]):.3g} m,"
+        f" which the shock presses by {case.near[k]:.2g} m",
+        stands=() if settles else pairs,  # then the places stand in no line
         role="run" if settles else "", at=_settling(case) if settles else None,
-        guess=box, command=pitch,
     )  # fmt: skip
-
-
-_BOX = re.compile(r"(region\s+(\S+)\s+block\s+)(.*)")
-
-
-def _replicated(case: Case, times: float) -> tuple[int | None, str]:
-    """The region of a box that is replicated along the chain, and that of another length."""
-    commands, k = case.deck.commands, 2 * "xyz".find(case.deck.axis)
-    words = [command.text.split() for command in commands]
-    names = [each[1:] for each in words if each[0] in ("replicate", "create_box")]
-    for index, command in enumerate(commands if len(names) > 1 and k >= 0 else ()):
-        region = _BOX.match(command.written.strip())
-        if region is not None and region[2] in names[0]:
-            sides = region[3].split()
-            low, high = sides[k : k + 2]
-            if NUMBER.fullmatch(low) and NUMBER.fullmatch(high):
-                sides[k + 1] = f"{float(low) + (float(high) - float(low)) * times:.10g}"
-                return index, region[1] + " ".join(sides)
-    return None, ""
 
 
 def _settling(case: Case) -> int:
@@ -361,23 +312,23 @@ def _settling(case: Case) -> int:
     return max(k for k in commands_of(case.deck, "run") if k < case.deck.first_run)
 
 
-def _wall_place(case: Case) -> Numbers | None:
+_FROM_LAST = ", from the centre of the last granule"
+
+
+def _wall_place(case: Case) -> Iterator[Number]:
     wall, scene = far_wall(case.deck), case.scene
     if scene.wall is None or wall is None or case.deck.position.size != scene.bodies:
-        return None
+        return
     expected = float(np.diff(places(scene))[-1])
     measured = wall.position - float(case.deck.position[-1])
     opening = _with(case.twin.opening, -1, case.twin.opening[-1] + measured - expected)
-    stands = []
+    pairs = []
     if case.deck.axis in "xyz":
         plane, further = wall_plane(case), (measured - expected) / case.units.length
-        stands = [(plane + float(case.deck.direction.sum()) * further, plane)]
-    return Numbers(
-        measured, expected, digits=0.0, at=wall.command, stands=lambda _: stands,
-        room=case.least(GAP_SHARE) * case.near[-1] + case.rounded,
-        twin=lambda _: {"opening": opening},
-        sentence=f"the wall {values(measured, expected, 'm')} from the centre of the last granule",
-    )  # fmt: skip
+        pairs = [(plane + float(case.deck.direction.sum()) * further, plane)]
+    room = case.least(GAP_SHARE) * case.near[-1] + case.rounded
+    yield Number(measured, expected, room, 0.0, {"opening": opening}, stands=pairs,
+                 at=wall.command, note=_FROM_LAST)  # fmt: skip
 
 
 def _tilt(case: Case, sideways: float) -> float:
@@ -386,14 +337,13 @@ def _tilt(case: Case, sideways: float) -> float:
     return 1.5 * sideways**2 / (4 * radius) / float(np.max(case.near))
 
 
-def _off_axis(case: Case) -> Numbers:
+def _off_axis(case: Case) -> Iterator[Number]:
     off = np.max(np.abs(case.deck.sideways - case.deck.sideways[0]), axis=1)
-    return Numbers(
-        off, 0 * off, case.scene.granules.radius[0], case.least(ROUND_OFF), digits=0.0,
-        effect=_tilt(case, float(np.max(off))),
-        stands=lambda k: [(off[k] / case.units.length, 0.0)],
-        sentence=lambda k: f"{case.granule_name(k)} is {off[k]:.3g} m off the axis of the chain,"
-        " the scene is straight",
+    k = int(np.argmax(off))
+    room = case.least(ROUND_OFF) * case.scene.granules.radius[0]
+    yield Number(
+        off[k], 0.0, room, 0.0, effect=_tilt(case, float(off[k])),
+        stands=[(off[k] / case.units.length, 0.0)], note=f", at {case.granule_name(k)}",
         reason="a contact that tilts by s / 2R loses s^2 / 4R of its overlap",
     )  # fmt: skip
 
@@ -404,37 +354,36 @@ def _fastest(case: Case) -> float:
     return largest if case.exact else case.scene.units.velocity
 
 
-def _velocity(case: Case) -> Numbers:
+def _velocity(case: Case) -> Iterator[Number]:
     """Velocities at the start: those of moving granules or a striker, otherwise 0."""
     measured, expected = _both(case.deck.velocity[:, 0], case.twin.velocity)
     if case.scene.piston is not None:  # a fix prescribes its motion
         expected = np.append(measured[:1], expected[1:])
-    unit, k = case.units.velocity, int(np.argmax(np.abs(measured - expected)))
+    unit, (k, _) = case.units.velocity, _most(measured, expected)
     settles = case.deck.before > 0 and not np.any(expected)
-    return Numbers(
-        measured, expected, room=case.least(ROUND_OFF) * _fastest(case),
-        digits=measured[k] / expected[k] - 1 if expected[k] != 0 else None,
+    yield Number(
+        measured[k], expected[k], case.least(ROUND_OFF) * _fastest(case),
+        measured[k] / expected[k] - 1 if expected[k] != 0 else None,
+        {"velocity": np.append(measured, case.twin.velocity[measured.size :])},
+        stands=[(abs(measured[k]) / unit, abs(expected[k]) / unit)],
         name=f"velocity of {case.granule_name(k)} at the start",
-        twin=lambda _: {"velocity": np.append(measured, case.twin.velocity[measured.size :])},
-        stands=lambda k: [(abs(measured[k]) / unit, abs(expected[k]) / unit)],
         role="run" if settles else "", at=_settling(case) if settles else None,
     )  # fmt: skip
 
 
-def _velocity_across(case: Case) -> Numbers:
+def _velocity_across(case: Case) -> Iterator[Number]:
     side = float(np.max(np.abs(case.deck.velocity[:, 1:]), initial=0.0))
     radius = float(np.min(case.scene.granules.radius))
     tilt = _tilt(case, min(side * case.deck.end_time, radius))  # at the end: peaks come before
-    return Numbers(
-        side, 0.0, room=case.least(ROUND_OFF) * _fastest(case),
-        effect=min(tilt, case.whole_effect), stands=lambda _: [(side / case.units.velocity, 0.0)],
-    )  # fmt: skip
+    yield Number(side, 0.0, case.least(ROUND_OFF) * _fastest(case),
+                 effect=min(tilt, case.whole_effect),
+                 stands=[(side / case.units.velocity, 0.0)])  # fmt: skip
 
 
-def _spin(case: Case) -> Numbers:
+def _spin(case: Case) -> Iterator[Number]:
     spin = float(np.max(np.abs(case.deck.spin), initial=0.0))
     room = case.least(ROUND_OFF) * _fastest(case) / float(np.max(case.scene.granules.radius))
-    return Numbers(spin, 0.0, room=room, stands=lambda _: [(spin * case.units.time, 0.0)])
+    yield Number(spin, 0.0, room, stands=[(spin * case.units.time, 0.0)])
 
 
 # ---- Contacts
@@ -450,16 +399,15 @@ def is_tried(case: Case) -> bool:
     return bool(case.laws) and (is_alone or bool(np.any(np.isfinite(deck.contact_force))))
 
 
-def _untried(case: Case) -> Numbers | None:
-    if not case.laws:
-        return None
-    return Numbers(math.nan, math.nan, room=-1.0, effect=case.whole_effect,
-                   sentence="LAMMPS stopped while the contacts were probed")  # fmt: skip
+def _untried(case: Case) -> Iterator[Number]:
+    if case.laws:
+        yield Number(math.nan, math.nan, effect=case.whole_effect,
+                     sentence="LAMMPS stopped while the contacts were probed")  # fmt: skip
 
 
-def _role(case: Case) -> Callable[[int], str]:
-    """Return a function: the commands that set the force of a contact, as a key of ``ROLES``."""
-    return lambda k: "wall" if case.is_wall(np.array([k])) else "contacts"
+def _role(case: Case, k: int) -> str:
+    """The commands that set the force of a contact, as a key of ``ROLES``."""
+    return "wall" if case.is_wall(np.array([k])) else "contacts"
 
 
 def _rounding(case: Case) -> FloatArray:
@@ -467,48 +415,46 @@ def _rounding(case: Case) -> FloatArray:
     return np.array([float(case.rounding(k, case.near[k])) for k in range(len(case.laws))])
 
 
-def _missing(case: Case) -> Numbers | None:
-    expected = case.scene.granules.stiffness[: len(case.laws)]
-    missing = np.array([law.is_missing for law in case.laws])
-    if not missing.any():
-        return None
-    return Numbers(
-        np.where(missing, 0.0, expected), expected, expected, split="alike", role=_role(case),
-        twin=lambda alike: {"stiffness": _with(case.twin.stiffness, alike, 0.0)},
-    )  # fmt: skip
+def _missing(case: Case) -> Iterator[Number]:
+    missing = np.flatnonzero([law.is_missing for law in case.laws])
+    if missing.size:
+        yield Number(
+            0.0, case.scene.granules.stiffness[missing[0]], role=_role(case, missing[0]),
+            twin={"stiffness": _with(case.twin.stiffness, missing, 0.0)},
+            name=f"force of {case.contact_name(missing)}",
+        )  # fmt: skip
 
 
-def _exponent(case: Case) -> Numbers:
+def _exponent(case: Case) -> Iterator[Number]:
     exponent = np.array([1.5 if law.is_missing else law.exponent for law in case.laws])
     stiffness = np.array([law.stiffness for law in case.laws])
+    room = 3 * _rounding(case) if case.exact else np.full(exponent.size, EXPONENT)
+    for k, alike in _groups(exponent, np.full(exponent.size, 1.5), 1.0, room):
+        yield Number(
+            exponent[k], 1.5, room[k], role=_role(case, k),
+            twin={"exponent": _with(case.twin.exponent, alike, exponent[alike]),
+                  "stiffness": _with(case.twin.stiffness, alike, stiffness[alike])},
+            name=f"exponent of {case.contact_name(alike)}",
+        )  # fmt: skip
 
-    def twin(alike: Indices) -> dict[str, Any]:
-        return {"exponent": _with(case.twin.exponent, alike, exponent[alike]),
-                "stiffness": _with(case.twin.stiffness, alike, stiffness[alike])}  # fmt: skip
 
-    room = 3 * _rounding(case) if case.exact else EXPONENT
-    return Numbers(exponent, np.full(exponent.size, 1.5), 1.0, room, None, twin, split="alike",
-                   role=_role(case))  # fmt: skip
-
-
-def _stiffness(case: Case) -> Numbers:
+def _stiffness(case: Case) -> Iterator[Number]:
     expected = case.scene.granules.stiffness[: len(case.laws)]
-    ratio = np.array([law.ratio for law in case.laws])
+    ratio, room = np.array([law.ratio for law in case.laws]), _rounding(case)
     wrong = np.array([law.is_missing or law.is_bent for law in case.laws])
-    right = wrong | (np.abs(ratio * _by_radius(case) - 1) <= _rounding(case))
-
-    def note(k: int) -> str:
+    right = wrong | (np.abs(ratio * _by_radius(case) - 1) <= room)
+    measured = np.where(right, expected, ratio * expected)
+    for k, alike in _groups(measured, expected, expected, room):
         times = f"{ratio[k]:.4g} times"
         if times == "1 times":
             times = f"{abs(ratio[k] - 1):.1e} {'less' if ratio[k] < 1 else 'more'}"
-        return f" ({times}{_slip(case, case.contact_name(k), float(ratio[k]))})"
-
-    return Numbers(
-        np.where(right, expected, ratio * expected), expected, expected, _rounding(case), ratio - 1,
-        lambda at: {"stiffness": _with(case.twin.stiffness, at, (expected * ratio)[at])},
-        stands=lambda k: _moduli(case, k, float(ratio[k])), note=note, role=_role(case),
-        split="alike",
-    )  # fmt: skip
+        slip = _slip(case, case.contact_name(k), float(ratio[k]))
+        yield Number(
+            measured[k], expected[k], room[k] * expected[k], ratio[k] - 1,
+            {"stiffness": _with(case.twin.stiffness, alike, (expected * ratio)[alike])},
+            stands=_moduli(case, k, float(ratio[k])), role=_role(case, k),
+            name=f"stiffness of {case.contact_name(alike)}", note=f" ({times}{slip})",
+        )  # fmt: skip
 
 
 def _moduli(case: Case, k: int, ratio: float) -> Pairs:
@@ -557,14 +503,14 @@ def _slip(case: Case, who: str, ratio: float) -> str:
     return f": {' or '.join(names)}" if names else ""
 
 
-def _elsewhere(case: Case) -> Numbers | None:
+def _elsewhere(case: Case) -> Iterator[Number]:
     """Forces that follow Hertz's law at the largest overlap, but not at all others."""
     laws, count = case.laws, len(case.laws)
     room = _rounding(case) if case.exact else np.full(count, DIGITS * case.tolerance)
     ratio = np.array([law.ratio for law in laws])
     bent = [law.is_missing or law.is_bent for law in laws]
     if np.any(bent | (np.abs(ratio * _by_radius(case) - 1) > room)):
-        return None
+        return
     farthest, allowed = np.ones(count), np.full(count, _BENT)
     for k, law in enumerate(laws):
         if law.ratios.size:
@@ -573,38 +519,38 @@ def _elsewhere(case: Case) -> Numbers | None:
             worst = int(np.argmax(np.abs(forces - 1) / each))
             farthest[k], allowed[k] = forces[worst], each[worst]
     if np.all(np.abs(farthest - 1) <= allowed):
-        return None
-    return Numbers(
-        farthest, np.ones(count), room=allowed, role=_role(case),
-        name=lambda alike: f"force of {case.contact_name(alike[:1])} at other overlaps",
-        sentence=lambda k: f"the force of {case.contact_name(k)} is {farthest[k]:.3g} times"
+        return
+    k, alike = _most(farthest, np.ones(count), room=allowed)
+    yield Number(
+        farthest[k], 1.0, allowed[k], role=_role(case, k),
+        name=f"force of {case.contact_name(alike[:1])} at other overlaps",
+        sentence=f"the force of {case.contact_name(k)} is {farthest[k]:.3g} times"
         " Hertz's at one of the overlaps that were tried, and Hertz's at another: a cutoff, a limit"
         " or another force acts", reason=f"chosen: {_BENT:g} of the force",
     )  # fmt: skip
 
 
-def _image(case: Case) -> Numbers | None:
+def _image(case: Case) -> Iterator[Number]:
     """Granules at the ends that touch through a periodic boundary."""
-    if case.deck.image_gap is None:  # the motion shows the effect of an image that is not near
-        return None
-    room = case.least(QUIET) * case.scene.units.force
-    return Numbers(case.deck.image_force, 0.0, room=room, effect=math.inf)
+    if case.deck.image_gap is not None:  # the motion shows the effect of an image that is not near
+        room = case.least(QUIET) * case.scene.units.force
+        yield Number(case.deck.image_force, 0.0, room, effect=math.inf)
 
 
 _PLANE = re.compile(r"fix\s+\S+\s+\S+\s+wall/.*\s([xyz])plane\s+(\S+)\s+(\S+)")
 
 
-def _wall(case: Case) -> Numbers | None:
+def _wall(case: Case) -> Iterator[Number]:
     """A wall that is missing, or that the last granule does not meet when it is pushed."""
-    scene, deck, there = case.scene, case.deck, far_wall(case.deck) is not None
+    scene, deck, is_there = case.scene, case.deck, far_wall(case.deck) is not None
     if scene.wall is None:
-        return None
-    numbers = Numbers(
-        int(there), 1, twin=lambda _: {"stiffness": _with(case.twin.stiffness, -1, 0.0)},
-        sentence="the deck has no wall at the far end,"
-        f" the scene has one of the kind {scene.wall.kind!r}",
+        return
+    kind = f"the scene has one of the kind {scene.wall.kind!r}"
+    missing = Number(
+        int(is_there), 1, twin={"stiffness": _with(case.twin.stiffness, -1, 0.0)},
+        sentence=f"the deck has no wall that pushes the last granule, {kind}",
     )  # fmt: skip
-    for index, command in enumerate(() if there else deck.commands):
+    for index, command in enumerate(() if is_there else deck.commands):
         plane = _PLANE.match(command.text)
         if not command.carried_out or plane is None or plane[1] != deck.axis:
             continue
@@ -615,57 +561,46 @@ def _wall(case: Case) -> Numbers | None:
             for word in plane.groups()[1:] if NUMBER.fullmatch(word)
         ]  # fmt: skip
         measured = min(surfaces, key=lambda surface: abs(surface - expected), default=math.nan)
-        if abs(measured - expected) <= GAP_SHARE * case.near[-1] + case.rounded:
-            why = f"its fix acts on the group {command.text.split()[2]!r}"
-            if deck.stopped:
-                why = "its force is not a number in this version of LAMMPS"
-            return replace(numbers, at=index, sentence="the wall stands where the scene has it, but"
-                           f" does not push the last granule: {why}")  # fmt: skip
+        missing = replace(missing, at=index)
+        if abs(measured - expected) > GAP_SHARE * case.near[-1] + case.rounded:
+            missing = Number(measured, expected, name="place of the wall", unit="m", at=index,
+                             reason=case.reason(0.0), note=_FROM_LAST)  # fmt: skip
         if math.isfinite(measured):
-            return Numbers(
-                measured, expected, name="place of the wall", unit="m", effect=case.whole_effect,
-                at=index, reason=case.reason(0.0), room=-1.0,
-                sentence=f"the wall {values(measured, expected, 'm')} from the centre of the"
-                " last granule",
-            )  # fmt: skip
-    return numbers
+            break
+    yield missing
 
 
-def _extra_walls(case: Case) -> Numbers:
+def _extra_walls(case: Case) -> Iterator[Number]:
     """Walls that the scene does not have: they count if a granule reaches them."""
     deck, twin = case.deck, case.twin
-    walls = [wall for wall in deck.walls if wall.end == "first" or case.scene.wall is None]
-    ends = [-int(wall.end == "last") for wall in walls]
-    room = [abs(wall.position - float(deck.position[end])) - float(deck.radius[end])
-            for wall, end in zip(walls, ends, strict=True)]  # fmt: skip
-    way = [case.expected.forwards if end else case.expected.backwards for end in ends]
-    reached = np.array([moved >= gap for moved, gap in zip(way, room, strict=True)], int)
-    sides = ["far end" if end else "end where the shock acts" for end in ends]
-
-    def changes(alike: Indices) -> dict[str, Any]:
-        wall, gap = walls[alike[0]], room[alike[0]]
-        if wall.end == "first":
-            return {}
-        law = law_of(wall.overlap, wall.force, float(twin.stiffness[-1]), float(case.near[-1]))
-        more = {"stiffness": law.stiffness, "exponent": law.exponent, "opening": gap, "damping": 0}
-        return {name: np.append(getattr(twin, name), number) for name, number in more.items()}
-
-    return Numbers(
-        reached, 0 * reached, name=lambda alike: f"wall at the {sides[alike[0]]}", split="each",
-        sentence=lambda k: f"the deck has a wall at the {sides[k]}, {room[k]:.3g} m from the"
-        f" granule, which moves {way[k]:.3g} m towards it; the scene has none",
-        twin=changes, at=lambda k: walls[k].command,
-    )  # fmt: skip
+    for wall in deck.walls:
+        is_last = wall.end == "last"
+        if is_last and case.scene.wall is not None:
+            continue
+        end, way = (-1, case.expected.forwards) if is_last else (0, case.expected.backwards)
+        gap = abs(wall.position - float(deck.position[end])) - float(deck.radius[end])
+        changes: dict[str, Any] = {}
+        if is_last:
+            law = law_of(wall.overlap, wall.force, float(twin.stiffness[-1]), float(case.near[-1]))
+            more = {"stiffness": law.stiffness, "exponent": law.exponent, "opening": gap,
+                    "damping": 0}  # fmt: skip
+            changes = {name: np.append(getattr(twin, name), new) for name, new in more.items()}
+        side = "far end" if is_last else "end where the shock acts"
+        yield Number(
+            int(way >= gap), 0, twin=changes, at=wall.command, name=f"wall at the {side}",
+            sentence=f"the deck has a wall at the {side}, {gap:.3g} m from the granule, which moves"
+            f" {way:.3g} m towards it; the scene has none",
+        )  # fmt: skip
 
 
 # ---- Damping and friction
 
 
-def _damping(case: Case) -> Numbers | None:
+def _damping(case: Case) -> Iterator[Number]:
     """Damping of approaching and parting granules: the force added to a law of one power."""
     each = dampers(case.deck, case.scene)
-    if _elsewhere(case) is not None or not any(damper.added.size for damper in each):
-        return None
+    if [*_elsewhere(case)] or not any(damper.added.size for damper in each):
+        return
     contact = np.concatenate([np.full(damper.added.size, k) for k, damper in enumerate(each)])
     added, expected, elastic, closing = (
         np.concatenate([getattr(damper, name) for damper in each])
@@ -680,26 +615,23 @@ def _damping(case: Case) -> Numbers | None:
     # Parting granules also show limits.
     # Rounding errors above which damping is wrong (chosen)
     k = int(np.argmax(approach if np.max(approach) > 1e4 else times))
-    who, how = case.contact_name(int(contact[k])), "approach" if closing[k] > 0 else "part"
+    how, pulls = "approach" if closing[k] > 0 else "part", added[k] < -elastic[k]
     digits = (added[k] - expected[k]) / max(abs(expected[k]), 1e-300)
-    return Numbers(
-        added[k], expected[k], room=room[k], digits=None if case.scene.contact is None else digits,
-        name=f"damping of {who}", role=lambda _: _role(case)(int(contact[k])),
-        twin=lambda _: damping_of(case.deck, case.scene),
-        sentence=f"damping of {who} {values(float(added[k]), float(expected[k]), 'N')}, where"
-        f" granules {how} with {abs(closing[k]):.3g} m/s and the elastic force is {elastic[k]:.3g}"
-        f" N{': the contact pulls' if added[k] < -elastic[k] else ''}",
+    yield Number(
+        added[k], expected[k], room[k], None if case.scene.contact is None else digits,
+        damping_of(case.deck, case.scene), role=_role(case, int(contact[k])),
+        name=f"damping of {case.contact_name(int(contact[k]))}",
+        note=f", where granules {how} with {abs(closing[k]):.3g} m/s and the elastic force is"
+        f" {elastic[k]:.3g} N{': the contact pulls' * bool(pulls)}",
     )  # fmt: skip
 
 
-def _friction(case: Case) -> Numbers:
+def _friction(case: Case) -> Iterator[Number]:
     """Sideways forces and torques over radius when granules spin: the scene has none."""
     of_walls = [wall.tangential_force for wall in case.deck.walls]
     sideways = float(np.nanmax(np.abs([*case.deck.tangential_force, *of_walls]), initial=0.0))
     force = float(np.min(case.twin.stiffness * case.near**1.5))
-    return Numbers(sideways, 0.0, room=case.least(QUIET) * force,
-                   sentence="friction pushes granules that spin sideways or turns them by"
-                   f" {sideways:.3g} N, the scene has no friction")  # fmt: skip
+    yield Number(sideways, 0.0, case.least(QUIET) * force, note=", on granules that spin sideways")
 
 
 # ---- Loads and other forces
@@ -716,7 +648,7 @@ def _last_fix(case: Case, wanted: Callable[[FoundFix], bool]) -> int | None:
     return fixes[-1] if fixes else None
 
 
-def _constant(case: Case) -> Numbers:
+def _constant(case: Case) -> Iterator[Number]:
     """Gravity and static loads."""
     deck, units = case.deck, case.units
     count = min(deck.mass.size, case.twin.mass.size)
@@ -724,39 +656,35 @@ def _constant(case: Case) -> Numbers:
     expected, least = constant_force(case.scene)[:count], _least_force(case)
     held = np.isinf(case.scene.granules.mass[:count])  # no force moves these granules
     expected[held] = measured[held]
-    largest = float(np.max(np.abs(expected)))
-    per_mass = measured / deck.mass[:count]
+    k, alike = _most(measured, expected, room=least)
+    largest, per_mass = float(np.max(np.abs(expected))), measured / deck.mass[:count]
     falls = 0.0 if case.scene.precompression is None else case.scene.precompression.gravity
     is_right = math.isclose(per_mass[0], falls, rel_tol=1e-6)  # then a load is missing
     gravity = bool(np.allclose(per_mass, per_mass[0], rtol=1e-6) and not is_right)
     missing = not np.any(measured) or (falls and is_right)
-
-    def stands(k: int) -> Pairs:
-        if missing or not np.any(expected):
-            return ()
-        pairs = [(abs(measured[k]) / units.force, abs(expected[k]) / units.force)]
-        right = falls / units.acceleration
-        return [(abs(float(per_mass[0])) / units.acceleration, right), *pairs] if gravity else pairs
-
-    def at(k: int) -> int | None:
-        if missing or not measured[k]:
-            return deck.first_run if missing else None
-        falling = [index for index in commands_of(deck, "gravity") if gravity]
-        return falling[-1] if falling else _last_fix(
-            case, lambda fix: bool(fix.largest[k, 0] > least) and not case.is_of_time(fix.command)
-        )  # fmt: skip
-
-    return Numbers(
-        measured, expected, room=least, guess=at, stands=stands,
-        digits=(measured - expected) / largest if largest > 0 else None,
-        twin=lambda _: {"constant_force": _with(case.twin.constant_force, slice(count), measured)},
+    pairs, at = [(abs(measured[k]) / units.force, abs(expected[k]) / units.force)], None
+    if gravity:
+        pairs.insert(0, (abs(float(per_mass[0])) / units.acceleration, falls / units.acceleration))
+    falling = commands_of(deck, "gravity")
+    if missing:
+        at = deck.first_run
+    elif gravity and falling and measured[k]:
+        at = falling[-1]
+    elif measured[k]:
+        at = _last_fix(case, lambda fix: bool(fix.largest[k, 0] > least)
+                       and not case.is_of_time(fix.command))  # fmt: skip
+    yield Number(
+        measured[k], expected[k], least, (measured - expected)[k] / largest if largest else None,
+        {"constant_force": _with(case.twin.constant_force, slice(count), measured)},
+        stands=() if missing or not largest else pairs, guess=at,
+        name=f"constant force on {case.granule_name(alike)}",
     )  # fmt: skip
 
 
-def _constant_across(case: Case) -> Numbers:
+def _constant_across(case: Case) -> Iterator[Number]:
     across, least = case.deck.constant_force[:, 1:], _least_force(case)
     at = _last_fix(case, lambda fix: bool(np.max(fix.largest[:, 1]) > least))
-    return Numbers(float(np.max(np.abs(across), initial=0.0)), 0.0, room=least, guess=at)
+    yield Number(float(np.max(np.abs(across), initial=0.0)), 0.0, least, guess=at)
 
 
 def _shows_in_motion(case: Case, fix: FoundFix) -> tuple[Indices, Indices]:
@@ -777,79 +705,68 @@ def _drags(case: Case, fix: FoundFix) -> bool:
     return fix.style == "addforce" or is_of(case.deck, fix.command, "drag")
 
 
-def _drag(case: Case) -> Numbers:
+def _drag(case: Case) -> Iterator[Number]:
     drag = np.nan_to_num(case.deck.drag) + 0.0  # no -0
     count = case.twin.drag.size
     whole = np.append(drag[:count], np.zeros(max(0, count - drag.size)))
     at = _last_fix(case, lambda fix: _drags(case, fix) and _shows_in_motion(case, fix)[0].size > 0)
     room = _least_force(case) / case.scene.units.velocity
-    return Numbers(drag, 0 * drag, room=room, twin=lambda _: {"drag": whole}, guess=at)
+    yield Number(drag[np.argmax(np.abs(drag))], 0.0, room, twin={"drag": whole}, guess=at)
 
 
-def _random(case: Case) -> Numbers | None:
+def _random(case: Case) -> Iterator[Number]:
     """Random forces: no run repeats another."""
     fixes = [k for k in commands_of(case.deck, "random")
              if case.deck.commands[k].text.startswith("fix")]  # fmt: skip
-    if not fixes:
-        return None
-    what = " ".join(case.deck.commands[fixes[0]].text.split()[:4])
-    sentence = f"{what} changes velocities by more than the forces of the scene"
-    return Numbers(len(fixes), 0, effect=case.whole_effect, at=fixes[0], sentence=sentence)
+    if fixes:
+        what = " ".join(case.deck.commands[fixes[0]].text.split()[:4])
+        sentence = f"{what} changes velocities by more than the forces of the scene"
+        yield Number(len(fixes), 0, effect=case.whole_effect, at=fixes[0], sentence=sentence)
 
 
-def _in_motion(case: Case) -> Numbers:
+def _in_motion(case: Case) -> Iterator[Number]:
     """Fixes that push only in motion, not at rest."""
     walls, least = {wall.command for wall in case.deck.walls}, ACTS * case.scene.units.force
     drag = np.max(np.abs(np.nan_to_num(case.deck.drag)))
     dragged = drag > _least_force(case) / case.scene.units.velocity
-    acting: list[tuple[FoundFix, int, int]] = []
     for fix in case.deck.fixes:
         is_reported = fix.command in walls or is_of(case.deck, fix.command, "random")
         if fix.moves or is_reported or (dragged and _drags(case, fix)):
             continue
-        for column, granules in enumerate(_shows_in_motion(case, fix)):
-            if granules.size:
-                most = int(granules[np.argmax(fix.largest_in_motion[granules, column])])
-                acting.append((fix, column, most))
-    ways = "along", "across"
-
-    def sentence(k: int) -> str:
-        fix, column, granule = acting[k]
-        force, at_rest = fix.largest_in_motion[granule, column], fix.largest[granule, column]
-        # Forces of walls at rest are not kept.
-        rest = f"{at_rest:.3g} N" if at_rest > least else "none"
-        before = f", and {rest} at rest"
-        return (f"fix {fix.style} exerts up to {force:.3g} N {ways[column]} the chain on"
-                f" {case.granule_name(granule)} in motion{before * (fix.style[:4] != 'wall')}; the"
-                " scene has no such force")  # fmt: skip
-
-    forces = np.array([fix.largest_in_motion[k, column] for fix, column, k in acting])
-    return Numbers(
-        forces, 0 * forces, split="each", sentence=sentence, at=lambda k: acting[k][0].command,
-        name=lambda alike: f"force of fix {acting[alike[0]][0].style}"
-        f" {ways[acting[alike[0]][1]]} the chain",
-    )  # fmt: skip
+        ways = zip(("along", "across"), _shows_in_motion(case, fix), strict=True)
+        for column, (way, granules) in enumerate(ways):
+            if not granules.size:
+                continue
+            most = int(granules[np.argmax(fix.largest_in_motion[granules, column])])
+            force, at_rest = fix.largest_in_motion[most, column], fix.largest[most, column]
+            # Forces of walls at rest are not kept.
+            rest = f", and {f'{at_rest:.3g} N' if at_rest > least else 'none'} at rest"
+            yield Number(
+                force, 0.0, at=fix.command, name=f"force of fix {fix.style} {way} the chain",
+                sentence=f"fix {fix.style} exerts up to {force:.3g} N {way} the chain on"
+                f" {case.granule_name(most)} in motion{rest * (fix.style[:4] != 'wall')}; the"
+                " scene has no such force",
+            )  # fmt: skip
 
 
 # ---- The shock
 
 
-def _of_shock(case: Case, numbers: Numbers) -> Numbers:
-    """Return numbers of the shock at its fix or, without a number in that, at its formula."""
+def _of_shock(case: Case, number: Number) -> Number:
+    """Return a number of the shock at its fix or, without a number in that, at its formula."""
     deck, least = case.deck, ACTS * case.scene.units.force
     at = _last_fix(case, lambda fix: float(np.max(fix.largest, initial=0.0)) > least
                    and "wall" not in fix.style and fix.style != "gravity")  # fmt: skip
-    if not numbers.stands(0):
+    if not number.stands:
         where = place(deck, "shock", at)
         at = None if where is None else formula_of(deck, where).index
-    return replace(numbers, guess=at)
+    return replace(number, guess=at)
 
 
-def _across(case: Case) -> Numbers | None:
+def _across(case: Case) -> Iterator[Number]:
     room = case.least(ACTS) * case.scene.units.force
-    if case.deck.applied_sideways <= room:
-        return None
-    return _of_shock(case, Numbers(case.deck.applied_sideways, 0.0, room=room))
+    if case.deck.applied_sideways > room:
+        yield _of_shock(case, Number(case.deck.applied_sideways, 0.0, room))
 
 
 def _pushed(case: Case) -> tuple[FloatArray, Indices, float]:
@@ -863,31 +780,27 @@ def _pushed(case: Case) -> tuple[FloatArray, Indices, float]:
     return largest, at[at != case.scene.pushed], least
 
 
-def _others(case: Case) -> Numbers | None:
+def _others(case: Case) -> Iterator[Number]:
     """Forces on granules that the scene does not push."""
     largest, others, least = _pushed(case)
     if not case.scene.ramps or not others.size:
-        return None
+        return
     who, right = case.granule_name(others), case.granule_name(case.scene.pushed)
     too = largest.size > case.scene.pushed and largest[case.scene.pushed] > least
     sentence = f"the applied force acts on {who} and not on {right}, the scene's"
+    twin: dict[str, Any] | None = None
     if too:
         sentence = (f"the applied force acts on {right} and on {who}, too, with up to"
                     f" {np.max(largest[others]):.4g} N; the scene pushes {right}")  # fmt: skip
-    pushing = [fix.command for fix in case.pushing(others)]
-
-    def twin(_: Indices) -> dict[str, Any]:
-        granules = others[others < case.twin.mass.size]
-        extra = stretches_of(case.deck, case.scene, case.start, granules)
+        extra = _pushing(case, others)
         both = tuple(
             replace(stretch, applied=np.hstack([stretch.applied, more.applied]))
-            for stretch, more in zip(case.stretches, extra, strict=True)
+            for stretch, more in zip(case.stretches, extra["stretches"], strict=True)
         )
-        return {"pushed": np.append(case.twin.pushed, granules), "stretches": both}
-
-    return Numbers(int(others.size) + too, 1, effect=1.0, sentence=sentence, room=-1.0,
-                   role="pushed", twin=twin if too else None,
-                   at=pushing[-1] if pushing else None)  # fmt: skip
+        twin = {"pushed": np.append(case.twin.pushed, extra["pushed"]), "stretches": both}
+    pushing = [fix.command for fix in case.pushing(others)]
+    yield Number(int(others.size) + too, 1, -1.0, effect=1.0, sentence=sentence, role="pushed",
+                 twin=twin, at=pushing[-1] if pushing else None)  # fmt: skip
 
 
 def _pushing(case: Case, pushed: Indices) -> dict[str, Any]:
@@ -896,26 +809,21 @@ def _pushing(case: Case, pushed: Indices) -> dict[str, Any]:
     return {"pushed": pushed, "stretches": stretches_of(case.deck, case.scene, case.start, pushed)}
 
 
-def _shock(case: Case) -> Numbers | None:
+def _shock(case: Case) -> Iterator[Number]:
     """The applied force over time on its granule; also if it is missing, or not in the scene."""
     scene, (largest, others, least) = case.scene, _pushed(case)
-    top, who = float(np.max(largest, initial=0.0)), case.granule_name(scene.pushed)
+    top = float(np.max(largest, initial=0.0))
     if scene.ramps and largest.size > scene.pushed and largest[scene.pushed] > least:
-        return _pulse(case)
-    if scene.ramps and not others.size and case.deck.applied_sideways <= least:
-        missing = "is not a number" if np.any(np.isnan(case.deck.applied_force)) else "does not act"
-        return _of_shock(case, Numbers(
-            top, scene.peak_force, name=f"applied force on {who}", effect=1.0, room=-1.0,
-            sentence=f"the applied force along the chain on {who} {missing}, the scene pushes it"
-            f" with up to {scene.peak_force:.4g} N",
-        ))  # fmt: skip
-    if scene.ramps or (top <= least and not case.exact):
-        return None
-    changes = lambda _: _pushing(case, np.flatnonzero(largest > 0))  # noqa: E731
-    return _of_shock(case, Numbers(top, 0.0, twin=changes, room=least))
+        yield _pulse(case)
+    elif scene.ramps and not others.size and case.deck.applied_sideways <= least:
+        name = f"applied force on {case.granule_name(scene.pushed)}"
+        yield _of_shock(case, Number(top, scene.peak_force, -1.0, effect=1.0, name=name))
+    elif not scene.ramps and (top > least or case.exact):
+        changes = _pushing(case, np.flatnonzero(largest > 0))
+        yield _of_shock(case, Number(top, 0.0, least, twin=changes))
 
 
-def _pulse(case: Case) -> Numbers:
+def _pulse(case: Case) -> Number:
     """The force over time on the granule that the scene pushes."""
     deck, scene = case.deck, case.scene
     time, force = deck.applied_time - case.start, deck.applied_force[:, scene.pushed]
@@ -936,20 +844,18 @@ def _pulse(case: Case) -> Numbers:
     side = np.where(jumps, nearest, expected)
     k = int(np.argmax(np.abs(side - force)))
     if abs(side[k] - force[k]) <= room:
-        return (Numbers(force[k], side[k], room=room) if case.exact
-                else Numbers(float(np.max(force)), scene.peak_force, room=math.inf))  # fmt: skip
+        return (Number(force[k], side[k], room) if case.exact
+                else Number(float(np.max(force)), scene.peak_force, math.inf))  # fmt: skip
     held = _held(case, time, force)
     # The impulse decides on digits: it changes as much as the duration of the pulse.
     extra, whole = (
         float(np.diff(time) @ (each[1:] + each[:-1]))
         for each in (force - expected, np.abs(expected))
     )
-    numbers = Numbers(
-        force[k], expected[k], name="applied force over time", room=-1.0,
-        digits=0.0 if held > 1 or whole == 0 else extra / whole,
-        twin=lambda _: _pushing(case, case.twin.pushed),
-        sentence=f"the applied force{f', held for {held} steps,' * (held > 1)} at {time[k]:.4g} s"
-        f" {values(float(force[k]), float(expected[k]), 'N')}",
+    number = Number(
+        force[k], expected[k], -1.0, 0.0 if held > 1 or whole == 0 else extra / whole,
+        _pushing(case, case.twin.pushed), name="applied force over time",
+        note=f" at {time[k]:.4g} s{f', held for {held} steps' * (held > 1)}",
     )  # fmt: skip
     share = float(force @ expected / (expected @ expected)) if np.any(expected) else 0.0
     alike = bool(np.max(np.abs(force - share * expected)) < _PROFILE_MISFIT * scene.peak_force)
@@ -957,18 +863,15 @@ def _pulse(case: Case) -> Numbers:
         measured, right, unit = share * scene.peak_force, scene.peak_force, case.units.force
         pairs = [(measured * part / unit, right * part / unit)
                  for part in (1.0, 0.5) if measured > 0]  # fmt: skip
-        numbers = replace(
-            numbers, measured=measured, expected=right, name="peak of the applied force",
-            sentence=f"the largest applied force {values(measured, right, 'N')}",
-            stands=lambda _: pairs,
-        )  # fmt: skip
+        number = replace(number, measured=measured, expected=right, stands=pairs, note="",
+                         name="peak of the applied force")  # fmt: skip
     elif held == 1 and not case.exact and (stretch := _stretch(case, time, force)):
         times = [part * whole / case.units.time for whole in (scene.pulse_end, scene.rise_time)
                  if whole for part in (1.0, 0.5, 2.0)]  # fmt: skip
         pairs = [(stretch * each, each) for each in times]
         pairs += [(1 / wrong, 1 / right) for wrong, right in pairs]
-        numbers = replace(numbers, stands=lambda _: pairs)
-    return _of_shock(case, numbers)
+        number = replace(number, stands=pairs)
+    return _of_shock(case, number)
 
 
 def _stretch(case: Case, time: FloatArray, force: FloatArray) -> float | None:
@@ -997,13 +900,12 @@ def _held(case: Case, time: FloatArray, force: FloatArray) -> int:
 # ---- The piston
 
 
-def _driven(case: Case) -> Numbers:
+def _driven(case: Case) -> Iterator[Number]:
     """Granules with prescribed motion: only granule 1, and only in a scene with a piston."""
     led, wanted = np.flatnonzero(case.deck.driven), int(case.scene.piston is not None)
     right = "granule 1 alone" if wanted else "no granule"
-    return Numbers(
-        led.size, wanted, effect=math.inf,
-        room=0.0 if np.array_equal(led, np.arange(wanted)) else -1.0,
+    yield Number(
+        led.size, wanted, 0.0 if np.array_equal(led, np.arange(wanted)) else -1.0, effect=math.inf,
         sentence=f"a fix drives {case.granule_name(led)}, whatever presses them; the scene drives"
         f" {right}", at=_leading(case) if led.size else None,
     )  # fmt: skip
@@ -1015,40 +917,33 @@ def _leading(case: Case) -> int | None:
     return formula_of(case.deck, place_at(case.deck, moving[-1])).index if moving else None
 
 
-def _piston(case: Case) -> Numbers | None:
+def _piston(case: Case) -> Iterator[Number]:
     deck, piston = case.deck, case.scene.piston
     only = np.array_equal(np.flatnonzero(deck.driven), [0])
     if piston is None or not deck.driven_time.size or not only:
-        return None
-    time, measured, unit = (
-        deck.driven_time - case.start, deck.driven_displacement, case.units.velocity,
-    )  # fmt: skip
+        return
+    time, measured = deck.driven_time - case.start, deck.driven_displacement
     expected, way = displacement(piston, time), piston.distance(case.scene.end_time)
     # A piston by fix setforce has its velocity from another command.
     moves = any(fix.style == "move" for fix in deck.fixes)
-
-    def stands(k: int) -> Pairs:
-        if piston.velocity is None or time[k] <= 0:
-            return ()
-        return [(float(measured[k] / time[k]) / unit, piston.velocity / unit)]
-
-    return Numbers(
-        measured, expected, digits=(measured - expected) / way, stands=stands,
-        twin=lambda _: {
-            "stretches": stretches_of(deck, case.scene, case.start, use_driven=True)
-        },
-        sentence=lambda k: f"the displacement of granule 1 at {time[k]:.4g} s"
-        f" {values(float(measured[k]), float(expected[k]), 'm')}",
-        role="piston" if moves else "velocity",
-        at=None if piston.velocity is not None or not moves else _leading(case),
-        room=case.least(ROUND_OFF) * (way + float(case.near[0])) + case.rounded,
+    room = case.least(ROUND_OFF) * (way + float(case.near[0])) + case.rounded
+    k, _ = _most(measured, expected, room=room)
+    pairs, by_table = [], piston.velocity is None
+    if piston.velocity is not None and time[k] > 0:
+        speed = float(measured[k] / time[k])
+        pairs = [(speed / case.units.velocity, piston.velocity / case.units.velocity)]
+    yield Number(
+        measured[k], expected[k], room, (measured - expected)[k] / way, stands=pairs,
+        twin={"stretches": stretches_of(deck, case.scene, case.start, use_driven=True)},
+        note=f" at {time[k]:.4g} s", role="piston" if moves else "velocity",
+        at=_leading(case) if by_table and moves else None,
     )  # fmt: skip
 
 
 # ---- Steps, runs and motion
 
 
-def _step(case: Case) -> Numbers:
+def _step(case: Case) -> Iterator[Number]:
     """The error of velocity Verlet at the deck's steps, with all numbers of the scene."""
     unit = case.units.time
     dt = max((run.dt for run in case.deck.runs), default=0.0)
@@ -1060,9 +955,9 @@ def _step(case: Case) -> Numbers:
         f"above the longest stable one, {longest:.3g} s" if unstable
         else f"with which velocity Verlet is off by {error:.2g}"
     )  # fmt: skip
-    return Numbers(
+    yield Number(
         dt, right if unstable or error > case.tolerance else dt,
-        effect=math.inf if unstable else error, stands=lambda _: [(dt / unit, right / unit)],
+        effect=math.inf if unstable else error, stands=[(dt / unit, right / unit)],
         sentence=f"the time step is {dt:.4g} s, {how}", command=f"timestep {right / unit:.6g}",
     )  # fmt: skip
 
@@ -1085,7 +980,7 @@ def _wanted_step(dt: float, longest: float, error: float, case: Case) -> float:
 _SEEN = "peaks that come later than the deck's end cannot be judged"
 
 
-def _end(case: Case) -> Numbers:
+def _end(case: Case) -> Iterator[Number]:
     """Whether the deck runs until the last peak of the scene."""
     deck = case.deck
     end, wanted = deck.end_time - case.start, case.scene.end_time
@@ -1093,117 +988,114 @@ def _end(case: Case) -> Numbers:
     have = "contact has" if late == 1 else "contacts have"
     which = f": {late} {have} not passed the peak by then" if late else ", after the last peak"
     last = deck.runs[-1] if deck.runs else None
-    steps = 0 if last is None else math.ceil((wanted - end) / last.dt - 1e-6) + last.steps
-    return Numbers(
-        end, wanted, digits=None if late else 0.0, reason=_SEEN, effect=math.inf if late else 0.0,
+    steps = [] if last is None else [
+        (last.steps, math.ceil((wanted - end) / last.dt - 1e-6) + last.steps)
+    ]  # fmt: skip
+    yield Number(
+        end, wanted, -1.0 if end < wanted * (1 - 1e-9) else math.inf,  # a step may miss by rounding
+        None if late else 0.0, reason=_SEEN, effect=math.inf if late else 0.0,
         sentence=f"the deck ends {ends[0]} s after the shock begins, the scene {ends[1]} s{which}",
-        room=-1.0 if end < wanted * (1 - 1e-9) else math.inf,  # a step may miss it by rounding
-        at=None if last is None else last.command,
-        stands=lambda _: () if last is None else [(last.steps, steps)],
+        at=None if last is None else last.command, stands=steps,
     )  # fmt: skip
 
 
-def _integrators(case: Case) -> Numbers:
+def _integrators(case: Case) -> Iterator[Number]:
     """Each granule must be moved by exactly one fix, and fixed ones by none."""
-    moved, deck = case.deck.integrated, case.deck
-    expected = np.ones(moved.size, np.int64)
-    fixed = case.scene.granules.fixed
+    deck, fixed = case.deck, case.scene.granules.fixed
+    moved = deck.integrated.astype(float)
+    expected = np.ones(moved.size)
     expected[fixed[fixed < moved.size]] = 0
-    wrong = np.flatnonzero(moved != expected)
-
-    def at(k: int) -> int:
-        movers = [fix for fix in deck.fixes if fix.moves and (moved[k] == 0 or fix.granules[k])]
-        return movers[-1].command if movers else deck.first_run
-
-    def sentence(k: int) -> str:
-        by = "no fix" if moved[k] == 0 else "a fix" if moved[k] == 1 else f"{moved[k]} fixes"
-        lets = "moves each granule by one fix" if expected[k] else f"fixes {case.granule_name(k)}"
-        are = "is" if wrong.size == 1 else "are"
-        return f"{case.granule_name(wrong)} {are} moved by {by}, the scene {lets}"
-
-    return Numbers(moved, expected, effect=math.inf, sentence=sentence, at=at)
+    k, wrong = _most(moved, expected)
+    movers = [fix for fix in deck.fixes if fix.moves and (moved[k] == 0 or fix.granules[k])]
+    by = "no fix" if moved[k] == 0 else "a fix" if moved[k] == 1 else f"{moved[k]:g} fixes"
+    lets = "moves each granule by one fix" if expected[k] else f"fixes {case.granule_name(k)}"
+    are = "is" if wrong.size == 1 else "are"
+    yield Number(
+        int(moved[k]), int(expected[k]), effect=math.inf,
+        at=movers[-1].command if movers else deck.first_run,
+        sentence=f"{case.granule_name(wrong)} {are} moved by {by}, the scene {lets}",
+    )  # fmt: skip
 
 
-def _missed(case: Case) -> Numbers | None:
+def _missed(case: Case) -> Iterator[Number]:
     """A contact that overlapped without a force: neighbours not listed, or a removed wall."""
     overlaps, wall = case.deck.missed_overlap, far_wall(case.deck)
     if not overlaps.size:
-        return None
+        return
     k = int(np.argmax(overlaps))
     missed, room = float(overlaps[k]), _MISSED * float(case.near[min(k, case.near.size - 1)])
     if missed > room and wall is not None and k == case.deck.position.size - 1:
-        return Numbers(
+        yield Number(
             missed, 0.0, name="wall in motion", effect=case.whole_effect, at=wall.command,
             role="wall in motion",
             sentence=f"the last granule is up to {missed:.3g} m beyond the place of the wall"
             " without a force: the wall moves, or ends, while the deck runs",
         )  # fmt: skip
-    return Numbers(
-        missed, 0.0, effect=math.inf, room=room, command="neigh_modify delay 0 every 1 check yes",
+        return
+    yield Number(
+        missed, 0.0, room, effect=math.inf, command="neigh_modify delay 0 every 1 check yes",
         sentence=f"{case.contact_name(k)} overlapped by up to {missed:.3g} m without a force:"
         " neighbours are looked for too rarely, or not far enough",
     )  # fmt: skip
 
 
-def _motion(case: Case) -> Numbers | None:
+def _motion(case: Case) -> Iterator[Number]:
     """The deck's peaks against the scene's, which its other numbers do not explain."""
     contacts = np.flatnonzero(case.judged[: case.deck.peak_force.size])
     measured, expected = case.deck.peak_force[contacts], case.peaks[contacts]
     if contacts.size == 0:
-        return None
-    k = int(np.argmax(np.nan_to_num(np.abs(measured / expected - 1), nan=np.inf)))
+        return
+    k, _ = _most(measured, expected, expected)
     who = case.contact_name(int(contacts[k]))
-    return Numbers(
-        measured, expected, expected, case.tolerance + case.deck.peak_reading_error,
-        name="motion, by the peaks",
+    yield Number(
+        measured[k], expected[k],
+        (case.tolerance + case.deck.peak_reading_error) * expected[k], name="motion, by the peaks",
         sentence=f"the peak of {who} {values(measured[k], expected[k], 'N')}:"
         " the motion differs from that of the forces read at its start",
     )  # fmt: skip
 
 
-def _final(case: Case) -> Numbers | None:
+def _final(case: Case) -> Iterator[Number]:
     """Velocities at the end: an equal change of all granules changes no peak."""
     expected, measured = case.expected.velocity, case.deck.final_velocity
     halted = any(fix.style == "halt" for fix in case.deck.fixes)  # a reading at its end is missing
     if halted or not np.all(np.isfinite(expected)):
-        return None
-    natural = case.scene.units.velocity
-    return Numbers(
-        measured, expected, room=_LATE * max(float(np.max(np.abs(expected))), ROUND_OFF * natural),
-        sentence=lambda k: f"the velocity of {case.granule_name(k)} at the end"
-        f" {values(measured[k], expected[k], 'm/s')}",
+        return
+    fastest = max(float(np.max(np.abs(expected))), ROUND_OFF * case.scene.units.velocity)
+    k, _ = _most(measured, expected)
+    yield Number(
+        measured[k], expected[k], _LATE * fastest, sentence=f"the velocity of"
+        f" {case.granule_name(k)} at the end {values(measured[k], expected[k], 'm/s')}",
     )  # fmt: skip
 
 
 # ---- The table
 
 _NONE = "the scene has no such force"
+_COUNTS = "counts must be equal"
+_STRIKER = "a striker alone moves at the start"
 _GRANULES = (
-    Probe("number of granules", "", "granules", _count, "counts must be equal"),
-    Probe("radius", "m", "radius", _radius, each="radius of {granules}"),
-    Probe("mass", "kg", "mass", _mass, each="mass of {granules}"),
+    Probe("number of granules", "", "granules", _count, _COUNTS),
+    Probe("radius", "m", "radius", _radius),
+    Probe("mass", "kg", "mass", _mass),
     Probe("place of granules", "m", "place", _place),
     Probe("distance of neighbours", "m", "place", _distance),
     Probe("place of the wall", "m", "wall", _wall_place),
     Probe("distance from the axis", "m", "place", _off_axis),
-    Probe("velocity at the start", "m/s", "velocity", _velocity,
-          "a striker alone moves at the start"),
-    Probe("velocity across the chain", "m/s", "velocity", _velocity_across,
-          "a striker alone moves at the start"),
+    Probe("velocity at the start", "m/s", "velocity", _velocity, _STRIKER),
+    Probe("velocity across the chain", "m/s", "velocity", _velocity_across, _STRIKER),
     Probe("spin at the start", "1/s", "spin", _spin,
           "the scene has no spin; with friction it pushes granules off the axis"),
 )  # fmt: skip
 _CONTACTS = (
     Probe("force of the contacts", "N m^-1.5", "contacts", _missing,
-          "contacts must push by Hertz's law", "force of {contacts}"),
+          "contacts must push by Hertz's law"),
     Probe("exponent of the contact law", "", "contacts", _exponent,
-          f"chosen: an exponent may be off by {EXPONENT}, no other law is as close",
-          "exponent of {contacts}"),
-    Probe("stiffness of the contacts", "N m^-1.5", "contacts", _stiffness,
-          each="stiffness of {contacts}"),
+          f"chosen: an exponent may be off by {EXPONENT}, no other law is as close"),
+    Probe("stiffness of the contacts", "N m^-1.5", "contacts", _stiffness),
     Probe("force at other overlaps", "", "contacts", _elsewhere),
     Probe("contacts across the box", "N", "image", _image, "the chain of the scene has two ends"),
-    Probe("wall", "", "wall", _wall, "counts must be equal"),
+    Probe("wall", "", "wall", _wall, _COUNTS),
     Probe("wall at an end", "", "wall", _extra_walls),
     Probe("damping", "N", "contacts", _damping,
           "forces of approaching and parting granules; a scene without damping has none"),
@@ -1211,8 +1103,7 @@ _CONTACTS = (
           "sideways forces and torques over radius when granules spin, of the contact force"),
 )  # fmt: skip
 _FORCES = (
-    Probe("constant force", "N", "constant force", _constant, "the scene has no constant force",
-          "constant force on {granules}"),
+    Probe("constant force", "N", "constant force", _constant, "the scene has no constant force"),
     Probe("constant force across the chain", "N", "constant force", _constant_across,
           "the scene has no force across the chain"),
     Probe("drag", "N s/m", "drag", _drag, "a force against a velocity: the scene has none"),
@@ -1222,10 +1113,10 @@ _FORCES = (
     Probe("granules that are pushed", "", "shock", _others,
           "granule 1 is the first of the chain, and the scene pushes one granule"),
     Probe("applied force", "N", "shock", _shock, "the shock of the scene"),
-    Probe("driven granules", "", "piston", _driven, "counts must be equal"),
+    Probe("driven granules", "", "piston", _driven, _COUNTS),
     Probe("displacement of the piston", "m", "piston", _piston),
 )  # fmt: skip
-_INTEGRATORS = Probe("integrators", "", "motion", _integrators, "counts must be equal")  # fmt: skip
+_INTEGRATORS = Probe("integrators", "", "motion", _integrators, _COUNTS)
 _RUNS = (
     Probe("time step", "s", "timestep", _step,
           "the error of velocity Verlet with the numbers of the scene and the steps of the deck"

@@ -186,7 +186,7 @@ class Fit:
         }
 
     def __repr__(self) -> str:
-        from hertzchain.report.documents import card
+        from hertzchain.report.contents import card
 
         facts = []
         for parameter in self.parameters:

@@ -15,11 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
+from hertzchain.engines.external.accuracy import NONE, Softening, predicted_loss, softening
 from hertzchain.engines.external.engine import ProgramEngine
-from hertzchain.engines.external.rescaling import NONE, Softening, predicted_loss, softening
 from hertzchain.engines.external.terms import wall_position
 from hertzchain.engines.lammps.deck import chain, leg_commands, refuse_pair_style, start
-from hertzchain.engines.lammps.dialect import NO_STEP, OLDEST, oldest, write_dump
+from hertzchain.engines.lammps.dialect import NO_STEP, oldest, write_dump
 from hertzchain.engines.native.backend import Native
 from hertzchain.engines.native.damped_verlet import samples_of, simulate_damped_verlet
 from hertzchain.engines.native.duration import with_end
@@ -87,13 +87,12 @@ class Layout:
     step: float  # the largest, natural time units
     watch_every: int  # steps between two samples of the overlaps; 0: a lean deck
     pair_style: str = "granular"  # or gran/hertz/history
-    dump_every: int = 0  # steps between two states for OVITO; 0: none
     title: str = "a scene"  # title in the deck
     name: str = "THIS_FILE"  # name of the deck in its example commands
 
     def __post_init__(self) -> None:
-        for key, value in (("watch_every", self.watch_every), ("dump_every", self.dump_every)):
-            require(value >= 0, key, value, "must be a number of steps, 0 for never")
+        allowed = "must be a number of steps, 0 for never"
+        require(self.watch_every >= 0, "watch_every", self.watch_every, allowed)
 
 
 def plain(title: str) -> str:
@@ -139,8 +138,7 @@ def deck(scene: Scene, layout: Layout, answer: KnownAnswer | None = None) -> str
         raise SceneError("watch_every", layout.watch_every, "must be 0 where no peaks are known")
     refuse_pair_style(scene, layout.pair_style)
     legs, scaling = similar(scene, layout.step)
-    softer, every = scaling.scene(scene), layout.dump_every
-    options, trajectory, watch = [], [], []
+    softer, options, watch = scaling.scene(scene), list[str](), []
     after = [write_dump("chain.final", ("x", "vx", "fx"))]
     if answer is not None:
         options = [
@@ -150,56 +148,43 @@ def deck(scene: Scene, layout: Layout, answer: KnownAnswer | None = None) -> str
         numbers = _Numbers(softer, answer)
         watch = [numbers.commands(), _watch(softer, numbers)]
         after = [*_peaks(softer), "", *_verdict(softer, layout, answer, numbers)]
-    if every:
-        options += [
-            f"variable dump_every index {every} # steps between two states for OVITO",
-            "variable trajectory index chain.lammpstrj",
-        ]
-        trajectory = [
-            "# ---- For OVITO",
-            "dump states all custom ${dump_every} ${trajectory} id type x y z radius vx fx",
-            "dump_modify states sort id",
-        ]
-    sections = [
-        _header(scene, layout, answer, sum(leg.steps for leg in legs), scaling),
-        ["# ---- Parameters", *options] if options else [],
-        [
-            "# ---- The granules, shared out among processors along the chain",
-            *start(scene),
-            "processors * 1 1",
-            "",
-            *chain(softer, layout.pair_style),
-            "thermo 0",
-            "# A step is so short that taking the time of its parts would cost a fifth of it.",
-            "timer off",
-        ],
-        *watch,
-        trajectory,
-        _run(scene, legs),
-        after,
+    granules = [
+        "# ---- The granules, shared out among processors along the chain",
+        *start(scene),
+        "processors * 1 1",
+        "",
+        *chain(softer, layout.pair_style),
+        "thermo 0",
+        "# A step is so short that taking the time of its parts would cost a fifth of it.",
+        "timer off",
     ]
+    header = _header(scene, layout, answer, sum(leg.steps for leg in legs), scaling)
+    parameters = ["# ---- Parameters", *options] if options else []
+    sections = [header, parameters, granules, *watch, _run(scene, legs), after]
     return "\n\n".join("\n".join(lines) for lines in sections if lines) + "\n"
+
+
+def _about(scene: Scene, title: str) -> str:
+    """Return the title of a deck and the chain that it has, in words."""
+    elastic = " elastic" if scene.contact is None else ""
+    which = f"with {' and '.join(scene.terms)}" if scene.terms else "pushed at one end"
+    chain = f"a chain of {scene.chain.granules}{elastic} spheres in Hertz contact"
+    return f"{plain(title)}: {chain}, {which}."
 
 
 def _header(
     scene: Scene, layout: Layout, answer: KnownAnswer | None, steps: int, scaling: Softening
 ) -> list[str]:
     run = f"lmp -in {plain(layout.name)}"
-    terms, needed = scene.terms, oldest(scene)
-    elastic = " elastic" if scene.contact is None else ""
-    which = f"with {' and '.join(terms)}" if terms else "pushed at one end"
-    changed = ["watch", "peaks"] if answer is not None else []
-    changed += ["dump_every", "trajectory"] if layout.dump_every else []
     fixed = "Have another deck written for another scene."
-    if changed:
-        fixed = f"Only {', '.join(changed)} can be changed by -var. {fixed}"
     if answer is None:
         fixed += " Nothing checks here what -var of another name changes."
+    else:
+        fixed = f"Only watch, peaks can be changed by -var. {fixed}"
     return [
         *comment(
-            f"{plain(layout.title)}: a chain of {scene.chain.granules}{elastic} spheres in Hertz"
-            f" contact, {which}. Written by hertzchain {version('hertzchain')} for LAMMPS of"
-            f" {OLDEST if needed is None else needed[1]} and later. SI units throughout."
+            f"{_about(scene, layout.title)} Written by hertzchain {version('hertzchain')} for"
+            f" LAMMPS of {oldest(scene)[1]} and later. SI units throughout."
         ),
         "#",
         f"#   {run}                 {steps} steps",
@@ -227,26 +212,10 @@ def _expected(scene: Scene, answer: KnownAnswer | None) -> str:
     shown = ratio if len(ratio) <= 3 else [*ratio[:3], "...", ratio[-1]]
     return (
         "The peak force of each contact goes to peaks.csv; contact i lies between granules i - 1"
-        f" and i.{wall} Peaks are total forces{damped}. Over F0, {_name_of_unit(scene)}"
-        f" ({scene.units.force:.6g} N), they are expected to be {', '.join(shown)}, right to"
+        f" and i.{wall} Peaks are total forces{damped}. Over F0, {scene.units.force:.6g} N,"
+        f" they are expected to be {', '.join(shown)}, right to"
         f" {answer.largest_error:.1e}. The end says PASS, FAIL (exit status 1) or NOT CHECKED (3)."
     )
-
-
-def _name_of_unit(scene: Scene) -> str:
-    """Return the name of the unit of force of a scene."""
-    static = 0.0 if scene.precompression is None else float(np.max(scene.granules.static_force))
-    if scene.units.force == scene.force_at_start:
-        return "the peak force of the hardest contact of granules that move at the start, alone"
-    if scene.units.force > max(scene.peak_force, static):
-        return "the force of a chain that the piston presses against the wall as far as it goes"
-    if scene.units.force > scene.peak_force:
-        return "the largest static force"
-    if scene.piston is not None:
-        return "the peak force of granule 2 alone, hit with the largest velocity of the piston"
-    if scene.striker is not None:
-        return "the peak force of the striker's contact alone"
-    return "the largest applied force"
 
 
 class _Numbers:
@@ -662,11 +631,8 @@ def program_deck(
     _lost_digits(scene, step)
     legs, scaling = similar(scene, step)
     steps, longest = sum(leg.steps for leg in legs), max(leg.dt for leg in legs)
-    elastic = " elastic" if scene.contact is None else ""
-    which = f"with {' and '.join(scene.terms)}" if scene.terms else "pushed at one end"
-    chain = f"a chain of {scene.chain.granules}{elastic} spheres in Hertz contact"
     about = [
-        f"{plain(title)}: {chain}, {which}.",
+        _about(scene, title),
         f"Written by hertzchain {version('hertzchain')}. SI units throughout.",
         f"{steps} steps of at most {longest:.4g} s, ending at the corners of the shock.",
         "It prints the peak force of each contact, and writes them to peaks.csv. To judge them:",

@@ -14,10 +14,11 @@ from typing import Any
 import numpy as np
 
 from hertzchain.engines import registry
+from hertzchain.engines.external.accuracy import softening
 from hertzchain.engines.external.engine import ProgramEngine
 from hertzchain.engines.external.observation import Observation, Simulation
-from hertzchain.engines.external.rescaling import softening
-from hertzchain.engines.lammps.binary import Binary, Program, all_said, module
+from hertzchain.engines.lammps.backend import Binary
+from hertzchain.engines.lammps.engine import Program
 from hertzchain.engines.native.backend import Native
 from hertzchain.engines.native.damped_verlet import stride_of
 from hertzchain.errors import (
@@ -152,7 +153,7 @@ _TABLE = (
         _at_wall(Wall("elastic", 70e9, 0.33)), "wall/gran",
     ),
     Case(
-        "damping, restitution", "damping coeff_restitution (before August 2024: tsuji)",
+        "damping, restitution", "damping coeff_restitution",
         _damped("restitution", restitution=0.6),
     ),
     Case(
@@ -315,11 +316,11 @@ class _Watched(Program):
     edit: Callable[[str], str] = str
     styles: list[str] = field(default_factory=list)
 
-    def run(self, commands: str, folder: Path, deadline: Deadline) -> None:
-        super().run(f"{self.edit(commands)}\n{INFO}", folder, deadline)
-        said = all_said(folder)
+    def run(self, commands: str, folder: Path, deadline: Deadline) -> str:
+        said = super().run(f"{self.edit(commands)}\n{INFO}", folder, deadline)
         self.styles.extend(re.findall(r"types = +\d+, +style = (\S+)", said))
         self.styles.extend(re.findall(r"^Fix\[.*style = ([^, ]+)", said, re.MULTILINE))
+        return said
 
 
 def certify(
@@ -372,7 +373,11 @@ def certify(
     deadline, program = Deadline(time_limit), None
     try:
         if engine is None:
-            program = module(deadline) if lmp is None else Program.find(str(lmp), ranks, deadline)
+            program = (
+                Program.of_module(deadline)
+                if lmp is None
+                else Program.find(str(lmp), ranks, deadline)
+            )
             program = replace(program, options=SUFFIXES[suffix] if suffix else ())
             version = program.build.version
     except HertzchainError as problem:

@@ -246,7 +246,7 @@ def unit_test(motion: KnownMotion, title: str, date: str) -> str:
     if contact is not None and damping is not None:
         modulus = 2 * chain.young_modulus / (3 * (1 - chain.poisson_ratio**2))
         variables["damp"] = damping_number(contact, modulus, chain.granule_mass / 2)
-        words = damping_of(contact)[1].replace("${damping}", "coeff_restitution")
+        words = damping_of(contact)[1]
         law = f"hertz/material ${{emod}} ${{damp}} ${{poisson}} {NO_FRICTION} {words}"
         q, c = contact.exponent, float(damping[0])
         more = [

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,14 +41,8 @@ _CORNER_ROUNDS = 2  # in which corners move to their best places; chosen: a thir
 def corners_of(time: FloatArray, force: FloatArray, bend: float, noise: Noise) -> Places:
     """Return the indices of samples at corners of straight lines that follow a force.
 
-    Parameters
-    ----------
-    time, force
-        Times [s] and forces [N] of the samples, shape (samples,).
-    bend
-        Largest distance of the force from a line [N].
-    noise
-        Noise of the force: bends within it are not followed.
+    ``bend`` is the largest distance of the force from a line [N]; bends within the noise are not
+    followed.
     """
     sums = _sums(time, force)
 
@@ -78,16 +72,9 @@ def corners_of(time: FloatArray, force: FloatArray, bend: float, noise: Noise) -
     return np.array(kept)
 
 
-def weights(time: FloatArray) -> FloatArray:
+def _weights(time: FloatArray) -> FloatArray:
     """Weights of samples for the integral of straight lines: half the time between neighbours."""
-    half = np.diff(time) / 2
-    weight: FloatArray = np.append(half, 0.0) + np.append(0.0, half)
-    return weight
-
-
-def impulse_of(time: FloatArray, force: FloatArray) -> float:
-    """Return the integral of a force that is linear between samples [N s]."""
-    return float(np.dot(weights(time), force))
+    return np.convolve(np.diff(time), (0.5, 0.5))
 
 
 def heights(time: FloatArray, force: FloatArray, places: Places) -> FloatArray:
@@ -96,9 +83,9 @@ def heights(time: FloatArray, force: FloatArray, places: Places) -> FloatArray:
 
     clock = time[places] / time[-1]
     knots = np.concatenate([clock[:1], clock, clock[-1:]])
-    lines = make_lsq_spline(time / time[-1], force, knots, 1, np.sqrt(weights(time) / time[-1]))
+    lines = make_lsq_spline(time / time[-1], force, knots, 1, np.sqrt(_weights(time) / time[-1]))
     height = np.maximum(lines.c, 0.0)
-    return np.asarray(height * (impulse_of(time, force) / impulse_of(time[places], height)))
+    return np.asarray(height * (np.trapezoid(force, time) / np.trapezoid(height, time[places])))
 
 
 def largest_bow(length: float, bend: float, noise: Noise) -> float:
@@ -111,7 +98,7 @@ def _is_straight(time: FloatArray, force: FloatArray, bend: float, noise: Noise)
     if time.size < 3:
         return True
     length = float(time[-1] - time[0])
-    off = force - np.polynomial.Polynomial.fit(time, force, 1, w=np.sqrt(weights(time)))(time)
+    off = force - np.polynomial.Polynomial.fit(time, force, 1, w=np.sqrt(_weights(time)))(time)
     running = np.cumsum(0.5 * (off[1:] + off[:-1]) * np.diff(time))
     allowed = _HALF_BOW_IMPULSE * length * largest_bow(length, bend, noise)
     farthest = _TIP_OVER_BOW * bend + _OUTLIER_DEVIATIONS * noise.deviation
@@ -126,7 +113,7 @@ def _sums(time: FloatArray, force: FloatArray) -> FloatArray:
     """
     part, height = time / time[-1], force / max(float(force.max()), np.finfo(float).tiny)
     terms = np.stack([np.ones_like(part), part, part**2, height, part * height, height**2])
-    return np.concatenate([np.zeros((6, 1)), np.cumsum(weights(time) * terms, axis=1)], axis=1)
+    return np.concatenate([np.zeros((6, 1)), np.cumsum(_weights(time) * terms, axis=1)], axis=1)
 
 
 def _best_cut(sums: FloatArray, first: int, last: int) -> int:
@@ -261,34 +248,62 @@ def pulse_of(
             " --force, or say with --start and --end where the pulse is"
         )
     quiet = np.flatnonzero(averages[: rising + 1] <= level + limit)
-    first = (int(quiet[-1]) if quiet.size else 0) if given_first is None else given_first
+    first = int(quiet.max(initial=0)) if given_first is None else given_first
     last = min(int(above[-1]) + 1, time.size - 1) if given_last is None else given_last
     _refuse_few(time, first, last)
-    warnings = [cut_off(force[inside], resolution)]
     samples_inside = force[first : last + 1] - level
     of_baseline = noise.of_mean(samples, step) if samples else 0.0
-    left = (
-        impulse_of(time[: first + 1], force[: first + 1] - level),
-        impulse_of(time[last:], force[last:] - level),
-    )
+    parts = slice(first + 1), slice(last, None)
+    left = [float(np.trapezoid(force[part] - level, time[part])) for part in parts]
+    warnings = [cut_off(force[inside], resolution)]
     if given_last is None:
-        is_known = given_level is not None or samples > 0
-        said = no_return(force - level, height, step, noise, is_known)
-        deviation = math.hypot(noise.of_mean(time.size - last, step), of_baseline)
-        impulse, seconds = impulse_of(time[first : last + 1], samples_inside), time[-1] - time[last]
-        warnings.insert(0, said or left_out(left[1], impulse, float(seconds), deviation))
+        impulse = float(np.trapezoid(samples_inside, time[first : last + 1]))
+        is_level = given_level is not None or samples > 0
+        off = no_return(force - level, height, step, noise, is_level)
+        warnings.insert(0, off or left_out(time[last:], left[1], impulse, noise, of_baseline))
+    is_given = given_level is not None
+    remarks = _remarks(recording, samples_inside, level, noise, before, samples, is_given)
     return Signal(
         time[first : last + 1] - time[first],
         without_negative(samples_inside, window, limit),
-        float(time[first]),
-        level,
-        samples,
-        of_baseline,
-        noise,
-        left,
-        _remarks(recording, samples_inside, level, noise, before, samples, given_level is not None),
-        tuple(warning for warning in warnings if warning is not None),
-    )
+        float(time[first]), level, samples, of_baseline, noise, (left[0], left[1]),
+        remarks, tuple(filter(None, warnings)),
+    )  # fmt: skip
+
+
+def _remarks(
+    recording: Recording, inside: FloatArray, level: float, noise: Noise, before: int,
+    samples: int, is_given: bool,
+) -> tuple[tuple[str, str], ...]:  # fmt: skip
+    """Return the changes to samples, and remarks to check, as labels and texts."""
+    source = "given" if is_given else f"mean of {samples:,} samples before the pulse"
+    if not (is_given or samples):
+        source = "none taken off: too few samples before the pulse"
+    shown = f"{level / recording.newtons:.4g} in the file, " if recording.newtons != 1.0 else ""
+    how = "before the pulse"
+    if before < LEAST_NOISE_SAMPLES:
+        how = "as samples scatter about their neighbours"
+    remarks = [
+        ("baseline", f"{shown}{level:.4g} N ({source})"),
+        ("noise", f"{noise.deviation:.2g} N, standard deviation {how}"),
+    ]
+    if negative := int(np.count_nonzero(inside < 0)):
+        lowest = f"{negative:,}, the lowest {inside.min():.3g} N: set to 0"
+        remarks.append(("samples below 0", lowest))
+    return tuple(remarks)
+
+
+def _rough_level(force: FloatArray) -> float:
+    """Return the approximate baseline [N]: the median of the first samples."""
+    crest = int(np.argmax(np.abs(force - np.median(force[:LEAST_SAMPLES]))))
+    return float(np.median(force[: max(LEAST_SAMPLES, crest // 8)]))
+
+
+def _half_heights(force: FloatArray, level: float, crest: int) -> tuple[int, int]:
+    """Return the indices at which the force crosses half its height, before and after the crest."""
+    below = np.flatnonzero(force < level + 0.5 * (force[crest] - level))
+    after = int(below[below > crest].min(initial=force.size - 1))
+    return int(below[below < crest].max(initial=0)), after
 
 
 def _refuse_few(time: FloatArray, first: int, last: int) -> None:
@@ -319,12 +334,6 @@ def without_negative(force: FloatArray, window: int, limit: float) -> FloatArray
     return np.maximum(np.where(averages < limit, averages, force), 0.0)
 
 
-def _rough_level(force: FloatArray) -> float:
-    """Return the approximate baseline [N]: the median of the first samples."""
-    crest = int(np.argmax(np.abs(force - np.median(force[:LEAST_SAMPLES]))))
-    return float(np.median(force[: max(LEAST_SAMPLES, crest // 8)]))
-
-
 def _refuse_pull(force: FloatArray, level: float) -> None:
     up, down = float(force.max()) - level, level - float(force.min())
     if down > up:
@@ -350,14 +359,6 @@ def _refuse_two(time: FloatArray, before: FloatArray, height: float, crest: int)
         )
 
 
-def _half_heights(force: FloatArray, level: float, crest: int) -> tuple[int, int]:
-    """Return the indices at which the force crosses half its height, before and after the crest."""
-    below = force < level + 0.5 * (force[crest] - level)
-    before, after = np.flatnonzero(below[:crest]), np.flatnonzero(below[crest:])
-    rising = int(before[-1]) if before.size else 0
-    return rising, crest + int(after[0]) if after.size else force.size - 1
-
-
 def _foot(averages: FloatArray, level: float, crest: int) -> int:
     """Return the number of samples that are certainly before the pulse.
 
@@ -380,41 +381,13 @@ def _place(time: FloatArray, option: str, wanted: float) -> int:
     return int(np.searchsorted(time, wanted))
 
 
-def _remarks(
-    recording: Recording,
-    inside: FloatArray,
-    level: float,
-    noise: Noise,
-    before: int,
-    samples: int,
-    is_given: bool,
-) -> tuple[tuple[str, str], ...]:
-    source = "none taken off: too few samples before the pulse"
-    if is_given or samples:
-        source = "given" if is_given else f"mean of {samples:,} samples before the pulse"
-    of_column = level / recording.newtons
-    shown = f"{of_column:.4g} in the file, " if recording.newtons != 1.0 else ""
-    how = "as samples scatter about their neighbours"
-    if before >= LEAST_NOISE_SAMPLES:
-        how = "before the pulse"
-    remarks = [
-        ("baseline", f"{shown}{level:.4g} N ({source})"),
-        ("noise", f"{noise.deviation:.2g} N, standard deviation {how}"),
-    ]
-    if negative := int(np.count_nonzero(inside < 0)):
-        remarks.append(
-            ("samples below 0", f"{negative:,}, the lowest {inside.min():.3g} N: set to 0")
-        )
-    return tuple(remarks)
-
-
 def no_return(
-    force: FloatArray, height: float, step: float, noise: Noise, is_known: bool
+    force: FloatArray, height: float, step: float, noise: Noise, is_level: bool
 ) -> str | None:
     """Return a sentence where a recording does not end at its baseline, which is 0 [N], else None.
 
     The pulse ends where a straight line through the last samples does: it may end with its
-    recording. ``is_known`` is whether the baseline was given or measured.
+    recording. ``is_level`` is whether the baseline was given or measured.
     """
     tail = max(LEAST_NOISE_SAMPLES, force.size // _SAMPLES_PER_TAIL_SAMPLE)
     if force.size < 2 * tail:
@@ -423,7 +396,7 @@ def no_return(
     # The end of such a line has twice the deviation of a mean.
     if abs(off) <= max(_SURE_DEVIATIONS * 2 * noise.of_mean(tail, step), _END_FORCE_RATIO * height):
         return None
-    baseline = "its baseline" if is_known else "0, as no baseline is taken off"
+    baseline = "its baseline" if is_level else "0, as no baseline is taken off"
     return f"the recording ends {off:+.2g} N from {baseline}: {_WHAT_TO_SAY}"
 
 
@@ -433,12 +406,17 @@ _WHAT_TO_SAY = (
 )
 
 
-def left_out(left: float, impulse: float, seconds: float, deviation: float) -> str | None:
+def left_out(
+    time: FloatArray, left: float, impulse: float, noise: Noise, of_baseline: float
+) -> str | None:
     """Return a sentence where the force after a pulse has part of the impulse, else None.
 
-    ``left`` and ``impulse`` [N s] are integrals over ``seconds`` after the pulse, and over the
-    pulse; ``deviation`` is the standard deviation of the mean force after the pulse [N].
+    ``left`` is its integral over the times after the pulse, ``impulse`` that of the pulse [N s],
+    and ``of_baseline`` the standard deviation of the baseline [N].
     """
+    seconds = float(time[-1] - time[0])
+    of_noise = noise.of_mean(time.size, seconds / max(time.size - 1, 1)) if seconds else 0.0
+    deviation = math.hypot(of_noise, of_baseline)
     if abs(left) <= max(_END_FORCE_RATIO * impulse, _SURE_DEVIATIONS * deviation * seconds):
         return None
     return (
@@ -479,8 +457,7 @@ LM_ratio 0.1 to 10 under the three pulses changed by up to 2.9 bows, mostly by l
 _BOW_FACTOR = 1.3  # ratio of bows that are tried until the rows suffice; chosen
 
 
-@dataclass(frozen=True)
-class Value:
+class Value(NamedTuple):
     """A number with its standard deviation from noise and baseline."""
 
     value: float
@@ -528,7 +505,7 @@ class MeasuredPulse:
         duration = self.table.time[-1]
         noise = self.signal.noise.density * math.sqrt(duration)
         off = math.hypot(noise, self.signal.baseline_error * duration)
-        return Value(impulse_of(np.array(self.table.time), np.array(self.table.force)), off)
+        return Value(float(np.trapezoid(self.table.force, self.table.time)), off)
 
     @property
     def rise_time(self) -> float:
@@ -544,11 +521,7 @@ class MeasuredPulse:
 
     def to_dict(self) -> dict[str, Any]:
         """Return everything except the samples, for JSON."""
-
-        def both(value: Value) -> dict[str, float]:
-            return {"value": value.value, "standard_deviation": value.deviation}
-
-        signal = self.signal
+        signal, names = self.signal, ("value", "standard_deviation")
         return {
             "read": dict(self.recording.facts),
             "changed": dict(signal.remarks),
@@ -564,8 +537,8 @@ class MeasuredPulse:
             "samples_of_pulse": int(signal.time.size),
             "rows": len(self.table.time),
             "bend_N": self.bend,
-            "peak_force_N": both(self.peak_force),
-            "impulse_N_s": both(self.impulse),
+            "peak_force_N": dict(zip(names, self.peak_force, strict=True)),
+            "impulse_N_s": dict(zip(names, self.impulse, strict=True)),
             "rise_time_s": self.rise_time or None,  # 0 where noise left no rise
         }
 
@@ -578,9 +551,6 @@ def measured_pulse(recording: Recording, signal: Signal, rows: int = MOST_ROWS) 
     while places.size > rows:
         bend *= _BOW_FACTOR
         places = corners_of(signal.time, signal.force, bend, signal.noise)
-    return MeasuredPulse(recording, signal, _table(signal, places), bend)
-
-
-def _table(signal: Signal, places: Any) -> PulseTable:
-    force: FloatArray = heights(signal.time, signal.force, places)
-    return PulseTable(tuple(signal.time[places].tolist()), tuple(force.tolist()))
+    force = heights(signal.time, signal.force, places)
+    table = PulseTable(tuple(signal.time[places].tolist()), tuple(force.tolist()))
+    return MeasuredPulse(recording, signal, table, bend)

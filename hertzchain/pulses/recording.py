@@ -40,9 +40,9 @@ _UNIT = re.compile(r"[\[(]\s*([^\])]+?)\s*[\])]\s*$|(?:[_/]\s*|\bin )([A-Za-zµ�
 
 _TIME_UNITS = ("s", "ms", "us", "µs", "μs", "ns")
 _FORCE_UNITS = ("N", "kN", "mN", "MN")
-_OTHER_UNITS = ("V", "mV", "kV", "uV", "µV", "volt", "volts", "pC", "mA", "ampere")
 _UNIT_SPELLINGS = {
-    **{name: name for name in (*_TIME_UNITS, *_FORCE_UNITS, *_OTHER_UNITS)},
+    **{name: name for name in (*_TIME_UNITS, *_FORCE_UNITS)},
+    **{name: name for name in ("V", "mV", "kV", "uV", "µV", "volt", "volts", "pC", "mA", "ampere")},
     **dict.fromkeys(("sec", "second", "seconds"), "s"),
     **dict.fromkeys(("newton", "newtons"), "N"),
 }
@@ -58,12 +58,12 @@ _COUNTS = "sequence"
 """Words that stand in place of a unit below the name of a column that counts samples."""
 
 _LABELS = {
-    "names": ("tracename",),
-    "name": ("source",),
-    "units": ("vertical units", "vunit"),
-    "unit of times": ("horizontal units", "hunit"),
-    "start": ("hoffset", "start"),
-    "step": ("hresolution", "increment"),
+    "tracename": "names",
+    "source": "name",
+    **dict.fromkeys(("vertical units", "vunit"), "units"),
+    **dict.fromkeys(("horizontal units", "hunit"), "unit of times"),
+    **dict.fromkeys(("hoffset", "start"), "start"),
+    **dict.fromkeys(("hresolution", "increment"), "step"),
 }
 """Words of oscilloscopes for what is to the right of them, or below them.
 
@@ -96,10 +96,10 @@ class Recording:
 
 @dataclass(frozen=True, eq=False)
 class Columns:
-    """A text file of columns: its lines as cells, with decimal points, and its header."""
+    """The columns of a file or table, as texts with decimal points, and their header."""
 
     path: Path
-    cells: Sequence[Sequence[str]]  # of each line; empty for comments
+    cells: pandas.DataFrame  # a row for each line with samples, by its number from 1
     numeric: Sequence[int]  # columns with numbers
     names: Sequence[str]  # of all columns; empty if the header does not have them
     units: Sequence[str]
@@ -110,7 +110,39 @@ class Columns:
 
         An empty cell is a gap; other texts are refused when the columns are read.
         """
-        return replace(self, cells=[[] if _has_gap(row, which) else row for row in self.cells])
+        empty, number = self.cells[[*which]] == "", self._are_numbers(which)
+        is_gap = (empty | number).all(axis=1) & empty.any(axis=1) & number.any(axis=1)
+        return replace(self, cells=self.cells[~is_gap])
+
+    def _are_numbers(self, which: Sequence[int]) -> pandas.DataFrame:
+        return self.cells[[*which]].map(lambda cell: _numbers([cell or ""]) == 1)
+
+    def numbers(self, which: tuple[int, int]) -> FloatArray:
+        """Return times and forces, shape (samples, 2), from the first line that has both."""
+        is_number = self._are_numbers(which)
+        has_both = is_number.all(axis=1).to_numpy()
+        begin = int(np.argmax(has_both)) if has_both.any() else has_both.size
+        values = self.cells[[*which]].where(is_number)[begin:].astype(np.float64)
+        lines = values.index
+        if lines.size < LEAST_SAMPLES:
+            named = " and ".join(map(self.name, which))
+            raise HertzchainError(
+                f"{self.path}: {lines.size} lines have numbers in the columns {named}, must be at"
+                f" least {LEAST_SAMPLES}; name the columns with --time and --force"
+            )
+        is_wrong = ~np.isfinite(values.to_numpy()).all(axis=1)
+        wrong = [f"line {number}" for number in lines[is_wrong]]
+        if wrong:
+            more = f" and {len(wrong) - _NAMED_LINES:,} more" if len(wrong) > _NAMED_LINES else ""
+            allowed = "has no finite time and force: correct it or delete it"
+            said = f"{', '.join(wrong[:_NAMED_LINES])}{more}: {allowed}"
+            raise SceneError("", None, said, self.path)
+        back = np.flatnonzero(np.diff(values[which[0]]) <= 0)
+        if back.size:
+            said = f"line {lines[back[0] + 1]}: the time is not above that of line {lines[back[0]]}"
+            advice = "export times with more digits, or name another column"
+            raise SceneError("", None, f"{said}; {advice}", self.path)
+        return values.to_numpy()
 
     def name(self, column: int) -> str:
         """Return number and name of a column, for messages."""
@@ -134,11 +166,13 @@ def read_columns(path: Path) -> Columns:
 
     HertzchainError if it is unreadable, or has no line of two numbers.
     """
+    import pandas
+
     lines = _lines(path)
-    looked_at = [*lines[:_LAYOUT_LINES], *lines[_LAYOUT_LINES:][-_LAYOUT_LINES:]]
+    some = [*lines[:_LAYOUT_LINES], *lines[_LAYOUT_LINES:][-_LAYOUT_LINES:]]
     # The most lines with only numbers, or else with two numbers; the first of equal layouts.
-    separator, decimal = max(_LAYOUTS, key=lambda signs: _fitting(looked_at, *signs))
-    rows = [row for line in looked_at if _numbers(row := _cells(line, separator, decimal)) >= 2]
+    separator, decimal = max(_LAYOUTS, key=lambda signs: _fitting(some, *signs))
+    rows = [row for line in some if _numbers(row := _cells(line, separator, decimal)) >= 2]
     if not rows:
         raise HertzchainError(
             f"{path}: no line has numbers in two columns; must be a text file with columns of time"
@@ -150,15 +184,18 @@ def read_columns(path: Path) -> Columns:
         for column in range(count)
         if sum(_numbers(row[column : column + 1]) for row in rows) > len(rows) / 2
     ]
-    cells = [_cells(line, separator, decimal) for line in lines]
-    begin = _first_sample(cells, numeric)
+    every = [_cells(line, separator, decimal) for line in lines]
+    begin = _first_sample(every, numeric)
     # A comment may name the columns, and settings may stand next to the first samples.
     header = [_cells(line.lstrip().lstrip("#%"), separator, ".") for line in lines[:begin]]
-    settings = _settings(cells[:begin], cells[begin:], numeric)
+    beside = [row[: numeric[0]] for row in every[begin:][:_SETTING_LINES]]
+    settings = _settings([*every[:begin], *beside], begin)
+    lacking = [None] * count  # of cells in short lines
+    samples = {k: [*row, *lacking][:count] for k, row in enumerate(every[begin:], begin + 1) if row}
+    cells = pandas.DataFrame.from_dict(samples, "index", dtype=object, columns=range(count))
     first = [row[numeric[0]] for row in header if len(row) > numeric[0]]
-    samples = [row for row in cells[begin:] if row]
-    counts = [_value(row, numeric[0]) for row in samples] == list(range(len(samples)))
-    has_step = {"start", "step"} <= {*settings}
+    counts = cells[numeric[0]].tolist() == [str(k) for k in range(len(cells))]
+    has_step = {*_OF_CLOCK} <= {*settings}
     if not has_step and any(cell.lower() == _COUNTS for cell in first):
         raise HertzchainError(
             f"{path}: column {numeric[0] + 1} counts samples, and the header has no start and"
@@ -166,18 +203,26 @@ def read_columns(path: Path) -> Columns:
         )
     has_times = not has_step or (not counts and any(map(_TIME_NAME.match, first)))
     names, units = _names_and_units(header, settings, numeric, count, has_times)
+    if not has_times:  # they follow from the header
+        start, step = (float(settings[kind][1]) for kind in _OF_CLOCK)
+        cells[count] = [repr(start + step * k) for k in range(len(cells))]
+        numeric = [count, *numeric[counts:]]
+        names.append("time")
+        units.append(_as_unit(settings.get("unit of times", ["", "s"])[1]) or "s")
     layout = f"{_SEPARATORS[separator]} between columns"
     layout += ", decimal commas" if decimal == "," else ""
-    cells[:begin] = [[] for _ in range(begin)]
-    columns = Columns(path, cells, numeric, names, units, layout)
-    return columns if has_times else _with_times(columns, begin, settings, counts)
+    return Columns(path, cells, numeric, names, units, layout)
 
 
 def columns_of(table: pandas.DataFrame) -> Columns:
     """Return the columns of a pandas table, as those of a file; units are in their names."""
+    import pandas
+
     names = [str(name) for name in table.columns]
-    cells = [list(map(str, row)) for row in table.to_numpy().tolist()]
-    return Columns(Path("the table"), cells, range(len(names)), names, _units_in(names), "a table")
+    cells = pandas.DataFrame([list(map(str, row)) for row in table.to_numpy().tolist()])
+    cells.index += 1
+    path, numeric = Path("the table"), range(len(names))
+    return Columns(path, cells, numeric, names, _units_in(names), "a table")
 
 
 def _lines(path: Path) -> list[str]:
@@ -217,34 +262,32 @@ def _fitting(lines: Sequence[str], separator: str, decimal: str) -> tuple[int, i
     return sum(numbers == size for numbers, size in two), len(two)
 
 
-def _has_numbers(row: Sequence[str], columns: Sequence[int]) -> bool:
-    return len(row) > max(columns) and _numbers([row[column] for column in columns]) == len(columns)
-
-
 def _first_sample(cells: Sequence[Sequence[str]], numeric: Sequence[int]) -> int:
     """Return the first line with samples: settings may have numbers, too, between texts."""
     some = [(k, row) for k, row in enumerate(cells) if any(row)]
-    is_sample = [_has_numbers(row, numeric) for _, row in some]
+    is_sample = [
+        len(row) > max(numeric) and _numbers([row[k] for k in numeric]) == len(numeric)
+        for _, row in some
+    ]
     run = next((k for k in range(len(some)) if all(is_sample[k : k + LEAST_SAMPLES])), 0)
     texts = [k for k, (_, row) in enumerate(some[:run]) if not _numbers(row)]
     begin = texts[-1] if texts else 0
     return next((some[k][0] for k in range(begin, len(some)) if is_sample[k]), 0)
 
 
-def _settings(
-    header: Sequence[Sequence[str]], samples: Sequence[Sequence[str]], numeric: Sequence[int]
-) -> dict[str, list[str]]:
-    """Return what is to the right of the words of ``_LABELS``, or below them in the header."""
-    kinds = {word: kind for kind, words in _LABELS.items() for word in words}
-    settings: dict[str, list[str]] = {}
-    beside = [row[: numeric[0]] for row in samples[:_SETTING_LINES]]
-    for row in [*header, *beside]:
-        kind = kinds.get(row[0].lower()) if row else None
+def _settings(rows: Sequence[Sequence[str]], header: int) -> dict[str, Sequence[str]]:
+    """Return what is to the right of the words of ``_LABELS``, or below them in the header.
+
+    The first ``header`` rows are the header.
+    """
+    settings: dict[str, Sequence[str]] = {}
+    for row in filter(any, rows):
+        kind = _LABELS.get(row[0].lower())
         if kind is not None and any(row[1:]) and (_numbers(row[1:2]) or kind not in _OF_CLOCK):
-            settings[kind] = list(row)
-    for names, values in itertools.pairwise(header):
+            settings[kind] = row
+    for names, values in itertools.pairwise(rows[:header]):
         for name, value in zip(names, values, strict=False):
-            if (kind := kinds.get(name.lower())) in _OF_CLOCK and _numbers([value]):
+            if (kind := _LABELS.get(name.lower())) in _OF_CLOCK and _numbers([value]):
                 settings[kind] = [name, value]
     return settings
 
@@ -278,26 +321,6 @@ def _names_and_units(
         unit = row[column] if 0 < column < len(row) else row[1]
         units[column] = units[column] or _as_unit(unit.rpartition(":")[2])
     return names, units
-
-
-def _with_times(
-    columns: Columns, begin: int, settings: Mapping[str, Sequence[str]], counts: bool
-) -> Columns:
-    """Return the columns with a further one, the times of equally spaced samples.
-
-    ``counts`` is whether the first column of numbers counts the samples.
-    """
-    start, step = (float(settings[kind][1]) for kind in _OF_CLOCK)
-    times = (start + step * k for k in itertools.count())
-    cells = [
-        [*[*row, *[""] * len(columns.names)][: len(columns.names)], repr(next(times))]
-        if row and k >= begin else row
-        for k, row in enumerate(columns.cells)
-    ]  # fmt: skip
-    numeric = [len(columns.names), *columns.numeric[counts:]]
-    unit = _as_unit(settings.get("unit of times", ["", "s"])[1]) or "s"
-    names, units = [*columns.names, "time"], [*columns.units, unit]
-    return replace(columns, cells=cells, numeric=numeric, names=names, units=units)
 
 
 def _units_in(names: Sequence[str]) -> list[str]:
@@ -338,34 +361,38 @@ def read_recording(
         With the first wrong lines of the file, or for an impossible column or unit.
     """
     columns = source if isinstance(source, Columns) else read_columns(source)
-    path, numeric = columns.path, iter(columns.numeric)
-    first = columns.find("--time", time) if time is not None else next(numeric, -1)
-    second = (
-        columns.find("--force", force)
-        if force is not None
-        else next((column for column in numeric if column != first), -1)
-    )
+    path, others = columns.path, iter(columns.numeric)
+    first = columns.find("--time", time) if time is not None else next(others, -1)
+    others = (column for column in others if column != first)
+    second = columns.find("--force", force) if force is not None else next(others, -1)
     if -1 in (first, second) or first == second:
         raise HertzchainError(
             f"{path}: time and force must be two columns of numbers; name them with --time and"
             " --force"
         )
     of_time, of_force = columns.units[first], columns.units[second]
-    if scale is None and of_force and of_force not in _FORCE_UNITS:
-        raise HertzchainError(
-            f"column {columns.name(second)} is in {of_force}: say with --scale how many N one"
-            f" {of_force} is"
-        )
-    seconds, unit_of_time = _unit("--time-unit", time_unit, of_time, _TIME_UNITS)
-    units = () if scale is not None else _FORCE_UNITS  # the unit of a header is in the scale
-    newtons, unit_of_force = _unit("--scale", None, of_force, units or ("N",))
+    seconds, unit_of_time = (1.0, "taken as s") if of_time not in _TIME_UNITS else (
+        to_si("--time-unit", f"1 {of_time}", "s"), f"in {of_time} (header)")  # fmt: skip
+    if time_unit is not None:
+        seconds, unit_of_time = to_si("--time-unit", f"1 {time_unit}", "s"), f"in {time_unit}"
+        right = is_finite(seconds) and seconds > 0
+        require(right, "--time-unit", time_unit, "must be a unit such as s")
     if scale is not None:
         right = is_finite(scale) and scale != 0
         require(right, "--scale", scale, "must be a finite number other than 0")
         newtons, unit_of_force = scale, f"times {scale:g} N"
+    elif of_force in _FORCE_UNITS:
+        newtons, unit_of_force = to_si("--scale", f"1 {of_force}", "N"), f"in {of_force} (header)"
+    elif of_force:
+        raise HertzchainError(
+            f"column {columns.name(second)} is in {of_force}: say with --scale how many N one"
+            f" {of_force} is"
+        )
+    else:
+        newtons, unit_of_force = 1.0, "taken as N"
     whole = columns.without_gaps((first, second))
-    values = _read(whole, (first, second))
-    gaps = sum(map(bool, columns.cells)) - sum(map(bool, whole.cells))
+    values = whole.numbers((first, second))
+    gaps = len(columns.cells) - len(whole.cells)
     left_out = f", {gaps:,} with an empty cell left out" if gaps else ""
     facts = (
         ("file", f"{path}: {len(values):,} samples, {columns.layout}{left_out}"),
@@ -380,62 +407,6 @@ def read_recording(
         allowed = f"span {extent:g}, must be from {1 / MOST_EXTENT:g} to {MOST_EXTENT:g}"
         require(possible, name, None, f"{allowed}: check unit and scale")
     return Recording(clock, forces, newtons, facts)
-
-
-def _unit(
-    option: str, given: str | None, of_header: str, units: Sequence[str]
-) -> tuple[float, str]:
-    """Return the value of a unit in SI units, the first of those known, and words for it."""
-    unit = units[0]
-    if given is not None:
-        worth = to_si(option, f"1 {given}", unit)
-        require(is_finite(worth) and worth > 0, option, given, f"must be a unit such as {unit}")
-        return worth, f"in {given}"
-    if of_header in units:
-        return to_si(option, f"1 {of_header}", unit), f"in {of_header} (header)"
-    return 1.0, f"taken as {unit}"
-
-
-def _read(columns: Columns, which: tuple[int, int]) -> FloatArray:
-    """Return times and forces, shape (samples, 2), from the first line that has both."""
-    rows = [
-        (number, [_value(cells, column) for column in which])
-        for number, cells in enumerate(columns.cells, 1)
-        if cells
-    ]
-    begin = next((k for k, (_, row) in enumerate(rows) if None not in row), len(rows))
-    samples = rows[begin:]
-    if len(samples) < LEAST_SAMPLES:
-        named = " and ".join(map(columns.name, which))
-        raise HertzchainError(
-            f"{columns.path}: {len(samples)} lines have numbers in the columns {named}, must be at"
-            f" least {LEAST_SAMPLES}; name the columns with --time and --force"
-        )
-    values = np.array([row for _, row in samples], np.float64)  # None is NaN
-    wrong = [f"line {samples[k][0]}" for k in np.flatnonzero(~np.isfinite(values).all(axis=1))]
-    if wrong:
-        more = f" and {len(wrong) - _NAMED_LINES:,} more" if len(wrong) > _NAMED_LINES else ""
-        allowed = "has no finite time and force: correct it or delete it"
-        said = f"{', '.join(wrong[:_NAMED_LINES])}{more}: {allowed}"
-        raise SceneError("", None, said, columns.path)
-    back = np.flatnonzero(np.diff(values[:, 0]) <= 0)
-    if back.size:
-        (before, _), (number, _) = samples[back[0]], samples[back[0] + 1]
-        allowed = f"line {number}: the time is not above that of line {before}"
-        advice = "export times with more digits, or name another column"
-        raise SceneError("", None, f"{allowed}; {advice}", columns.path)
-    return values
-
-
-def _has_gap(row: Sequence[str], which: Sequence[int]) -> bool:
-    cells = [row[column] for column in which if column < len(row)]
-    return cells.count("") > 0 < _numbers(cells) == len(which) - cells.count("")
-
-
-def _value(cells: Sequence[str], column: int) -> float | None:
-    """Return the number in a cell, None without one."""
-    is_there = column < len(cells) and _NUMBER.fullmatch(cells[column]) is not None
-    return float(cells[column]) if is_there else None
 
 
 LEAST_NOISE_SAMPLES = 16

@@ -79,6 +79,13 @@ def plain_text(show: Callable[[Console], object], width: int = 120) -> str:
     return "\n".join(line.rstrip() for line in text.getvalue().splitlines())
 
 
+def printed(document: Document) -> str:
+    """Return what ``run`` or ``compare`` prints for a result or a verdict, without colours."""
+    # The table of an examination has its checks.
+    others = "in peak_force" if document.command == "examine" else "in to_frame()"
+    return plain_text(lambda console: print_document(console, document, others))
+
+
 def print_prediction(console: Console, prediction: Prediction) -> None:
     """Print a prediction without a simulation, with its errors."""
     console.print(describe(prediction.scene), style="bold")

@@ -16,7 +16,7 @@ import numpy as np
 from hertzchain.arrays import FloatArray
 from hertzchain.observables.result import Result
 from hertzchain.scene.scene import Scene
-from hertzchain.theory.two_spheres import parting
+from hertzchain.theory.restitution import parting
 
 if TYPE_CHECKING:
     from hertzchain.verdict.check import Check

@@ -17,7 +17,7 @@ from hertzchain.observables.result import Result
 from hertzchain.observables.samples import History
 from hertzchain.scene.chain import force_scale
 from hertzchain.scene.scene import Scene
-from hertzchain.theory.two_spheres import parting
+from hertzchain.theory.restitution import parting
 
 if TYPE_CHECKING:
     import pandas

@@ -170,9 +170,7 @@ def render(template: str, content: Mapping[str, Any], templates: Sequence[Path] 
     compact = {"separators": (",", ":"), "allow_nan": False}
     environment.policies["json.dumps_kwargs"] = compact
     return environment.get_template(template).render(
-        content,
-        version=version("hertzchain"),
-        date=f"{datetime.now(UTC):%Y-%m-%d %H:%M} UTC",
+        content, version=version("hertzchain"), date=f"{datetime.now(UTC):%Y-%m-%d %H:%M} UTC"
     )
 
 

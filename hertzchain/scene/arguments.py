@@ -8,6 +8,7 @@ import functools
 import inspect
 import os
 import sys
+from abc import ABC
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import suppress
 from importlib import import_module
@@ -169,10 +170,17 @@ def _kind(annotation: Any) -> _Kind:  # noqa: PLR0911 - one for each kind of ann
     is_protocol = getattr(annotation, "_is_protocol", False)
     if not inspect.isclass(annotation) or annotation in (Any, object) or is_protocol:
         return _ANY_KIND
-    classes = annotation.__subclasses__() if inspect.isabstract(annotation) else [annotation]
-    names = [cls.__name__ for cls in classes]
+    names = [cls.__name__ for cls in _concrete(annotation)]
     words = _listed([f"{'an' if name[0] in 'AEIOU' else 'a'} {name}" for name in names])
     return _of_class(words, annotation)
+
+
+def _concrete(kind: type) -> list[type]:
+    """Return the classes derived from an abstract one that are not abstract; else the class."""
+    if ABC not in kind.__bases__ and not inspect.isabstract(kind):
+        return [kind]
+    derived: list[type] = kind.__subclasses__()
+    return [leaf for each in derived for leaf in _concrete(each)]
 
 
 def _of_class(words: str, kind: type) -> _Kind:

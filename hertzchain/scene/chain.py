@@ -14,7 +14,7 @@ import numpy as np
 from hertzchain.arrays import Quantity
 from hertzchain.contact import hertz
 from hertzchain.errors import require
-from hertzchain.scene.keys import Key, check, key, keys_of
+from hertzchain.scene.keys import Key, check, key, keys_of, optional
 
 MOST_UNLIKE_GRANULES = 1_000_000
 """Most granules of a chain that is not uniform: a dozen numbers are stored for each (chosen)."""
@@ -25,21 +25,6 @@ MOST_GRANULES = 2**31 - 1
 
 PerGranule = Any
 """One number for all granules, or a sequence with one for each (kept as a tuple)."""
-
-RADIUS = Key("m", "radius R", above=0, usual=(1e-6, 0.5))  # powder to boulders
-YOUNG_MODULUS = Key("Pa", "Young's modulus E", above=0, usual=(1e5, 2e12))
-POISSON_RATIO = Key("", "Poisson's ratio", above=-1, most=0.5)
-DENSITY = Key("kg/m^3", "density", above=0, usual=(10.0, 3e4))  # foams to osmium
-STIFFNESS = Key("N m^-1.5", "stiffness A", above=0, usual=(1.0, 1e14))
-MASS = Key("kg", "mass", above=0, usual=(1e-15, 1e4))
-LENGTH = Key("m", "length", above=0, usual=(1e-6, 1.0))
-YIELD_STRENGTH = Key("Pa", above=0, usual=(1e4, 1e12))  # gels to diamond
-GAP = Key("m", "gap before each granule", least=0)
-VELOCITY = Key("m/s", "velocity at the start", usual=(1e-5, 1e3))
-FIXED = Key(kind="bool")
-"""Keys of a granule. Usual ranges, here and elsewhere, are chosen: a thousand times beyond steel,
-glass and polymers of 1 mm to 5 cm under 1 mN to 10 kN, or the range of real materials.
-"""
 
 MATERIAL = ("radius", "young_modulus", "poisson_ratio", "density")
 """Names of the properties of a granule."""
@@ -85,30 +70,30 @@ class Chain:
         Mass of each granule, as it was weighed [kg]; None where it follows from R and density.
     length
         Length of each granule between its contacts [m], for places and speeds; None for 2 R.
-
-    Raises
-    ------
-    SceneError
-        For a value outside what is stated above.
     """
 
+    # Usual ranges, here and elsewhere, are chosen: a thousand times beyond steel, glass and
+    # polymers of 1 mm to 5 cm under 1 mN to 10 kN, or the range of real materials: powder to
+    # boulders, foams to osmium, gels to diamond.
     granules: int = field(metadata=key("", "granules N", least=1, most=MOST_GRANULES, kind="int"))
-    radius: PerGranule = field(metadata={"key": RADIUS})
-    young_modulus: PerGranule = field(default=None, metadata={"key": YOUNG_MODULUS})
-    poisson_ratio: PerGranule = field(default=None, metadata={"key": POISSON_RATIO})
-    density: PerGranule = field(default=None, metadata={"key": DENSITY})
-    gap: PerGranule = field(default=0.0, metadata={"key": GAP})
-    yield_strength: PerGranule | None = field(default=None, metadata={"key": YIELD_STRENGTH})
-    velocity: PerGranule = field(default=0.0, metadata={"key": VELOCITY})
-    fixed: PerGranule = field(default=False, metadata={"key": FIXED})
-    stiffness: PerGranule = field(default=None, metadata={"key": STIFFNESS})
-    mass: PerGranule = field(default=None, metadata={"key": MASS})
-    length: PerGranule = field(default=None, metadata={"key": LENGTH})
+    radius: PerGranule = field(metadata=key("m", "radius R", above=0, usual=(1e-6, 0.5)))
+    young_modulus: PerGranule = optional("Pa", "Young's modulus E", above=0, usual=(1e5, 2e12))
+    poisson_ratio: PerGranule = optional("", "Poisson's ratio", above=-1, most=0.5)
+    density: PerGranule = optional("kg/m^3", "density", above=0, usual=(10.0, 3e4))
+    gap: PerGranule = field(default=0.0, metadata=key("m", "gap before each granule", least=0))
+    yield_strength: PerGranule | None = optional("Pa", above=0, usual=(1e4, 1e12))
+    velocity: PerGranule = field(
+        default=0.0, metadata=key("m/s", "velocity at the start", usual=(1e-5, 1e3))
+    )
+    fixed: PerGranule = field(default=False, metadata=key(kind="bool"))
+    stiffness: PerGranule = optional("N m^-1.5", "stiffness A", above=0, usual=(1.0, 1e14))
+    mass: PerGranule = optional("kg", "mass", above=0, usual=(1e-15, 1e4))
+    length: PerGranule = optional("m", "length", above=0, usual=(1e-6, 1.0))
 
     def __post_init__(self) -> None:
         keys = keys_of(Chain)
         keys["granules"].check("granules", self.granules)
-        for name in (*MATERIAL, "gap", "yield_strength", "velocity", "fixed", *MEASURED):
+        for name in keys:
             value = getattr(self, name)
             if isinstance(value, np.ndarray):
                 value = value.tolist()

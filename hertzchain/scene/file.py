@@ -5,15 +5,15 @@ from __future__ import annotations
 import math
 import re
 import tomllib
-from collections.abc import Callable, Collection, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import MISSING, asdict, fields, replace
 from pathlib import Path
 from typing import Any, TypeVar
 
 from hertzchain.errors import SceneError, did_you_mean, require
 from hertzchain.files import read_bytes
-from hertzchain.scene.chain import MATERIAL, MOST_UNLIKE_GRANULES, REPLACED_BY, Chain
-from hertzchain.scene.keys import Key, Section, keys_of
+from hertzchain.scene.chain import MATERIAL, MOST_UNLIKE_GRANULES, Chain
+from hertzchain.scene.keys import Key, Section, keys_of, to_si
 from hertzchain.scene.schedule import Run
 from hertzchain.scene.shocks import (
     HalfSine,
@@ -32,13 +32,13 @@ from hertzchain.scene.shocks import (
     text_of,
 )
 from hertzchain.scene.terms import (
-    SECTIONS_OF_UNCERTAIN,
+    OF_GRANULES,
+    SPREAD_ALLOWED,
     Contact,
     Gauge,
     Precompression,
+    Uncertain,
     Wall,
-    read_uncertain,
-    sections_of_uncertain,
 )
 
 _CELL_KEYS = {name: key for name, key in keys_of(Chain).items() if name != "granules"}
@@ -128,11 +128,7 @@ def _fill(
         for key, column in columns.items():
             value = granule.get(key, getattr(defaults, key))
             if getattr(defaults, key) is None:
-                allowed = f"needs chain.{key}, too, for the granules that have none here"
-                others = REPLACED_BY.items()
-                rivals = [new if key == old else old for old, new in others if key in (old, new)]
-                given = [name for name in rivals if getattr(defaults, name) is not None]
-                allowed = f"not allowed where [chain] has {given[0]}" if given else allowed
+                allowed = f"is allowed only with chain.{key}, for the granules that have none here"
                 require(key not in granule, f"{name}.{key}", value, allowed)
                 continue
             column.append(_tapered(value, ratio, k) if key == "radius" else value)
@@ -195,16 +191,14 @@ OTHERS: dict[str, type] = {
 }
 """Parts that a scene may have next to its chain and its shock, by section."""
 
-_SHOCK_SECTIONS = {shock.section for shock in SHOCKS if shock.section}
-
-SECTIONS = tuple(sorted({"chain", "gauge", *_SHOCK_SECTIONS, *OTHERS, *SECTIONS_OF_UNCERTAIN}))
-
 _PARTS = [
     ("chain", Chain),
-    *((shock.section, shock) for shock in SHOCKS),
+    *((shock.section, shock) for shock in SHOCKS if shock.section),
     *OTHERS.items(),
     ("gauge", Gauge),
 ]
+
+SECTIONS = tuple(sorted({"uncertainty", "scatter", *(section for section, _ in _PARTS)}))
 
 KEYS: dict[str, Key] = {
     f"{section}.{name}": key for section, part in _PARTS for name, key in keys_of(part).items()
@@ -255,7 +249,8 @@ def sections_of(scene: Any, defaults: bool = True) -> dict[str, Any]:
         shock.section: _of_shock(shock, defaults),
         **{name: _given(getattr(scene, name), defaults) for name in OTHERS},
         "gauge": [_given(gauge, defaults) for gauge in scene.gauges],
-        **sections_of_uncertain(scene.uncertain),
+        "uncertainty": {entry.key: entry.written for entry in scene.uncertain if not entry.each},
+        "scatter": {entry.key: entry.written for entry in scene.uncertain if entry.each},
     }
     absent = (
         (("chain", "gap"), 0),
@@ -354,14 +349,8 @@ def _load(path: Path) -> dict[str, Any]:
     except UnicodeDecodeError:
         raise SceneError("", None, "is not TOML: save it as UTF-8 text", path) from None
     except (ValueError, RecursionError) as problem:  # not TOML, or nested too deeply
-        hint = '; a value with a unit stands in quotes, "103 GPa"'
-        if any(word in str(problem) for word in _DUPLICATE_WORDS):
-            hint = "; a key or a section is given twice: delete one of them"
-        raise SceneError("", None, f"is not TOML: {problem!s:.200}{hint}", path) from None
-
-
-_DUPLICATE_WORDS = ("overwrite a value", "Duplicate", "twice")
-"""Part of tomllib's message on a key or a section that is given twice; its errors have no code."""
+        hint = 'a key or a section stands once, a value with a unit in quotes, "103 GPa"'
+        raise SceneError("", None, f"is not TOML: {problem!s:.200}; {hint}", path) from None
 
 
 def _parts(document: Section, folder: Path) -> dict[str, Any]:
@@ -380,33 +369,64 @@ def _parts(document: Section, folder: Path) -> dict[str, Any]:
         raise SceneError("[shock] and [striker]", None, allowed)
     parts: dict[str, Any] = {
         "chain": read_chain(document["chain"], folder),
-        "shock": _shock_of(document, folder),
+        "shock": _shock(document, folder),
     }
     others = {name: kind for name, kind in OTHERS.items() if name in document}
     parts |= {name: _section(name, document[name], kind) for name, kind in others.items()}
     if "gauge" in document:
         parts["gauges"] = tuple(_section("gauge", gauge, Gauge) for gauge in document["gauge"])
-    possible = [name for name in KEYS if name.partition(".")[0] in document]
-    given = {f"{section}.{key}" for section in document for key in document[section]}
-    parts["uncertain"] = tuple(
-        uncertain
-        for section in SECTIONS_OF_UNCERTAIN
-        for uncertain in read_uncertain(
-            section,
-            document.get(section, {}),
-            key_named,
-            lambda key: next(iter(full_names(key, possible, given)), key),
-        )
-    )
+    parts["uncertain"] = tuple(_read_uncertain(document))
     return parts
+
+
+_PERCENT = re.compile(r"\s*([-+.\deE]+)\s*%\s*")
+
+
+def _read_uncertain(document: Section) -> Iterator[Uncertain]:
+    """Read [uncertainty] and [scatter]; a SceneError names the key with its section."""
+    possible = [name for name in KEYS if name.partition(".")[0] in document]
+    present = {f"{section}.{key}" for section in document for key in document[section]}
+    entries = (
+        (section, *entry)
+        for section in ("uncertainty", "scatter")
+        for entry in _flat(document.get(section, {}))
+    )
+    for section, given, value in entries:
+        name, is_scatter = f"{section}.{given}", section == "scatter"
+        full = f"chain.{given}" if is_scatter and f"chain.{given}" in OF_GRANULES else given
+        is_uniform = isinstance(value, dict)
+        require(not is_uniform or list(value) == ["half_width"], name, value, SPREAD_ALLOWED)
+        written = value["half_width"] if is_uniform else value
+        percent = _PERCENT.fullmatch(written) if isinstance(written, str) else None
+        try:
+            if not is_scatter:
+                full = next(iter(full_names(given, possible, present)), given)
+            key = key_named(full)
+            can_vary = key is not None and key.kind == "float" and bool(key.label) and "." in full
+            allowed = "has no quantity; write the key as in the scene, such as chain.young_modulus"
+            require(can_vary, name, value, allowed)
+            unit = key.unit if key is not None else ""
+            size = float(percent[1]) / 100 if percent else to_si(name, written, unit)
+            yield Uncertain(full, size, percent is not None, is_uniform, is_scatter)
+        except SceneError as problem:
+            raise SceneError(name, value, problem.allowed) from None
+        except ValueError:
+            raise SceneError(name, value, SPREAD_ALLOWED) from None
+
+
+def _flat(values: Section, before: str = "") -> Iterator[tuple[str, Any]]:
+    """Yield keys with their values; without quotes TOML makes tables of ``chain.radius``."""
+    for name, value in values.items():
+        if isinstance(value, dict) and value and "half_width" not in value:
+            yield from _flat(value, f"{before}{name}.")
+        else:
+            yield before + name, value
 
 
 def read_chain(section: Section, folder: Path = Path()) -> Chain:
     """Read a chain from its section; a SceneError names the key. ``folder`` has its tables."""
     if "file" in section:
-        allowed = "not allowed with chain.file, which has every granule"
-        for key, value in section.items():
-            require(key in ("file", "granules"), f"chain.{key}", value, allowed)
+        quantities("chain", section, {}, ("file", "granules"))
         name = section["file"]
         require(isinstance(name, str), "chain.file", name, "must be the name of a CSV file")
         chain = read_granule_table(folder / name, name)
@@ -421,15 +441,13 @@ def read_chain(section: Section, folder: Path = Path()) -> Chain:
     return expand(defaults, section["segments"])
 
 
-def _shock_of(document: Section, folder: Path) -> Shock:
-    """Return the striker or the shock of a document, which has at most one of them."""
+def _shock(document: Section, folder: Path) -> Shock:
+    """Return the striker or the shock of a document; its ``profile`` decides on its other keys."""
     if "striker" in document:
         return _section("striker", document["striker"], Striker)
-    return _shock(document["shock"], folder) if "shock" in document else Moving()
-
-
-def _shock(section: Section, folder: Path) -> Shock:
-    """Read a shock; its ``profile`` comes first, because the other keys depend on it."""
+    if "shock" not in document:
+        return Moving()
+    section = document["shock"]
     profile = section.get("profile")
     missing = "" if "profile" in section else "missing, "
     is_profile = isinstance(profile, str) and profile in OF_PROFILE
@@ -437,20 +455,10 @@ def _shock(section: Section, folder: Path) -> Shock:
     require(is_profile, "shock.profile", profile, allowed)
     kind = OF_PROFILE[str(profile)]
     keys = keys_of(kind)
-    if kind.column is None:
-        ratio = section.get("momentum_ratio")
-        allowed = f"not a key of this profile: it follows from {', '.join(keys)}, and is printed"
-        is_given = ratio is not None and "momentum_ratio" not in keys
-        require(not is_given, "shock.momentum_ratio", ratio, allowed)
-        besides = () if "profile" in keys else ("profile",)
+    if kind.column is None or ("file" not in section and "velocity" in keys):
+        besides = [*({"profile"} - keys.keys()), *(["file"] if kind.column else [])]
         return _section("shock", section, kind, besides)
-    if "file" not in section and "velocity" in keys:  # a piston without a table
-        return _section("shock", section, kind, ("profile", "file"))
     of_table = {"granule": keys["granule"]} if "granule" in keys else {}
-    takes = ("profile", "file", *of_table)
-    for key in (key for key in section if key_named(f"shock.{key}")):
-        allowed = f"not allowed where a file is the shock, which takes {', '.join(takes)}"
-        require(key in takes, f"shock.{key}", section[key], allowed)
     values = quantities("shock", section, of_table, ("profile", "file"))
     name = values.get("file")
     require("file" in section, "shock.file", None, f'missing, profile = "{profile}" needs it')
@@ -473,7 +481,8 @@ def quantities(
     values: dict[str, Any] = {}
     for key, value in section.items():
         full = f"{name}.{key}"
-        allowed = f"unknown key, allowed are {', '.join(names)}{did_you_mean(key, names)}"
+        problem = "not allowed with file" if {"file"} & section.keys() & {*names} else "unknown key"
+        allowed = f"{problem}, allowed are {', '.join(names)}{did_you_mean(key, names)}"
         if key == "diameter" and "radius" in keys:
             allowed = "unknown key: write radius, half of it"
         require(key in names, full, value, allowed)

@@ -165,7 +165,7 @@ class Key:
             kind = "an integer"
             if self.most:
                 return f"must be an integer from {self.least} to {self.most}"
-        words = " and ".join(f"{words} {bound:g}" for words, bound in self.bounds.items())
+        words = " and ".join(f"{words} {bound:.15g}" for words, bound in self.bounds.items())
         of = " of" if words.startswith("at") else ""
         unit = f" [{self.unit}]" if self.unit else ""
         return f"must be {kind}{of}{words and ' '}{words}{unit}{self.advice}"
@@ -212,9 +212,14 @@ def key(*args: Any, **more: Any) -> dict[str, Key]:
     return {"key": Key(*args, **more)}
 
 
-def of_granule(key: Key, label: str = "") -> Any:
-    """A field that is a key of a granule, for a wall or a striker; None by default."""
-    return field(default=None, metadata={"key": replace(key, label=label)})
+def optional(*args: Any, **more: Any) -> Any:
+    """A field that is a key, None by default; for arguments see ``Key``."""
+    return field(default=None, metadata=key(*args, **more))
+
+
+def alike(part: type, name: str, label: str = "") -> Any:
+    """A field with the key of another part, such as a granule's for a wall; None by default."""
+    return field(default=None, metadata={"key": replace(keys_of(part)[name], label=label)})
 
 
 def keys_of(kind: type) -> Mapping[str, Key]:

@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from hertzchain.arrays import FloatArray
+from hertzchain.arrays import FloatArray, Quantity
 from hertzchain.contact import hertz
 from hertzchain.errors import OverlapTooLarge, RunFailed, SceneError, require
 from hertzchain.scene.chain import (
@@ -30,7 +30,7 @@ from hertzchain.scene.chain import (
     length_and_time,
 )
 from hertzchain.scene.file import OTHERS, key_named, read_parts, texts_of
-from hertzchain.scene.granules import Granules, Numbered, granules_of, like_granules
+from hertzchain.scene.granules import Granules, granules_of, like_granules
 from hertzchain.scene.keys import Positive, keys_of
 from hertzchain.scene.schedule import (
     Leg,
@@ -43,7 +43,7 @@ from hertzchain.scene.schedule import (
     watched_with_terms,
     weakest_push,
 )
-from hertzchain.scene.shocks import Moving, Piston, Pulse, Ramp, Shock, Striker, impulse_until
+from hertzchain.scene.shocks import Moving, Piston, Pulse, Ramp, Shock, Striker
 from hertzchain.scene.terms import (
     ALL_TERMS,
     DAMPING,
@@ -57,7 +57,7 @@ from hertzchain.scene.terms import (
 from hertzchain.shown import Shown
 
 
-def refuse_impossible(scene: Any) -> None:
+def _refuse_impossible(scene: Any) -> None:
     """Raise a SceneError for parts that exclude one another.
 
     Gravity needs a wall or a fixed granule at the far end, a static load needs closed contacts, a
@@ -111,17 +111,15 @@ def refuse_impossible(scene: Any) -> None:
 
 
 def _refuse_lonely(scene: Any) -> None:
-    """Raise a SceneError for a single granule without a wall, or that a piston moves."""
+    """Raise a SceneError for a single granule without a wall, or that needs granule 2."""
     if scene.chain.granules > 1:
         return
     has_wall = scene.wall is not None or scene.near_wall is not None
     allowed = "must be at least 2 without a wall: a single granule needs [wall] or [near_wall]"
     require(has_wall, "chain.granules", 1, allowed)
-    allowed = "must be at least 2 with a piston, which is granule 1 and pushes granule 2"
-    require(not scene.shock.is_driven, "chain.granules", 1, allowed)
-    allowed = "must be at least 2 under a load with a striker, or give striker.loaded = true"
-    is_missing = scene.precompression is not None and scene.shock.loaded_granule > 0
-    require(not is_missing, "chain.granules", 1, allowed)
+    behind = scene.shock.is_driven or (scene.precompression and scene.shock.loaded_granule > 0)
+    allowed = f"must be at least 2: the {scene.shock.noun} is granule 1, and granule 2 is pressed"
+    require(not behind, "chain.granules", 1, allowed)
 
 
 def _refuse_measured(scene: Any) -> None:
@@ -159,10 +157,9 @@ def _refuse_fixed(
     held = np.append(fixed, walls["wall"] is not None)
     pushed = None if isinstance(shock, Moving) else shock.granule - 1
     for k in np.flatnonzero(fixed).tolist():
-        ahead = "the wall" if k + 1 == chain.granules else f"granule {k + 2}"
         for wrong, allowed in (
             (k == 0 and walls["near_wall"], "is next to the near wall: free it"),
-            (held[k + 1], f"is next to {ahead}, which does not move either: free one of them"),
+            (held[k + 1], "is next to what does not move either: free one of them"),
             (velocity[k] != 0, "has a velocity at the start: leave out one of both"),
             (k == pushed, f"must not be fixed: the {shock.noun} moves it"),
             (k == loaded, "must not be fixed: the static load presses it"),
@@ -195,48 +192,39 @@ def _refuse_no_meeting(
     require(meet, "velocities at the start", None, allowed)
 
 
-def are_normal(*values: float) -> bool:
-    """Return whether all values are positive normal numbers, so that they lose no digits."""
-    return all(sys.float_info.min <= value < math.inf for value in values)
+def _are_normal(*values: Quantity) -> bool:
+    """Return whether all numbers are positive and normal, so that they lose no digits."""
+    edges = (
+        (value,) if isinstance(value, float) else (np.min(value), np.max(value)) for value in values
+    )
+    return all(sys.float_info.min <= edge < math.inf for pair in edges for edge in pair)
 
 
-def hold_digits(granules: Granules, force: float) -> bool:
-    """Return whether granules, contacts and the overlaps under a force [N] are normal numbers.
-
-    Infinite masses, of a piston and of fixed granules, are allowed.
-    """
-    mass = granules.mass[np.isfinite(granules.mass)]
-    values = [
-        *(granules.radius**3, mass, granules.stiffness, granules.contact_mass),
-        force / granules.stiffness,
-    ]
-    return are_normal(*(float(edge(value)) for value in values for edge in (np.min, np.max)))
-
-
-def is_representable(scene: Any) -> bool:
+def _is_representable(scene: Any) -> bool:
     """Return whether all quantities of a scene, and intermediate results, are normal numbers.
 
-    Every divisor is checked before it is used.
+    Infinite masses, of a piston and of fixed granules, are allowed. Every divisor is checked before
+    it is used.
     """
-    force = scene.peak_force
+    force, spheres = scene.peak_force, scene.chain if scene.is_plain else scene.granules
     if scene.is_plain:
-        chain = scene.chain
-        mass, stiffness = chain.granule_mass, chain.contact_stiffness
-        of_chain = (chain.radius**3, mass, chain.young_modulus / 3, stiffness, force)
-        if not are_normal(*of_chain) or not are_normal(force / stiffness):
-            return False
-    elif not hold_digits(scene.granules, force):
+        masses, stiffness = [spheres.granule_mass], spheres.contact_stiffness
+    else:
+        masses = [spheres.mass[np.isfinite(spheres.mass)], spheres.contact_mass]
+        stiffness = spheres.stiffness
+    of_spheres = (spheres.radius**3, *masses, spheres.young_modulus / 3, stiffness, force)
+    if not _are_normal(*of_spheres) or not _are_normal(force / stiffness):
         return False
     mass, units = scene.first_contact[1], scene.units
     of_units = (units.length, mass * units.length, units.time**2, units.velocity)
-    if not are_normal(*of_units, units.momentum, units.energy):
+    if not _are_normal(*of_units, units.momentum, units.energy):
         return False
     times = [ramp.end for ramp in scene.ramps[:1]]
-    return are_normal(scene.momentum_ratio, *times, scene.end_time)
+    return _are_normal(scene.momentum_ratio, *times, scene.end_time)
 
 
 @dataclass(frozen=True, repr=False)
-class Scene(Numbered, Shown):
+class Scene(Shown):
     """One shock on one chain.
 
     Parameters
@@ -275,7 +263,7 @@ class Scene(Numbered, Shown):
     near_wall: Wall | None = None
 
     def __post_init__(self) -> None:
-        refuse_impossible(self)
+        _refuse_impossible(self)
         allowed = f"must be at most {MOST_UNLIKE_GRANULES} in a scene with {', '.join(self.terms)}"
         possible = self.is_plain or self.chain.granules <= MOST_UNLIKE_GRANULES
         require(possible, "chain.granules", self.chain.granules, allowed)
@@ -285,7 +273,7 @@ class Scene(Numbered, Shown):
         )
         try:
             with np.errstate(all="ignore"):
-                representable = is_representable(self)
+                representable = _is_representable(self)
         except (OverflowError, ZeroDivisionError):
             representable = False
         require(representable, "scene", None, allowed)
@@ -351,6 +339,47 @@ class Scene(Numbered, Shown):
             self.contact is not None,
         )
         return tuple(itertools.compress(ALL_TERMS, present))
+
+    @property
+    def first_granule(self) -> int:
+        """Place of granule 1 in ``granules``: 0, or 1 behind a near wall."""
+        return 0 if self.near_wall is None else 1
+
+    @property
+    def bodies(self) -> int:
+        """Number of entries of ``granules``: N, or N + 1 with a near wall."""
+        return self.chain.granules + (self.near_wall is not None)
+
+    @property
+    def unit_contact(self) -> int:
+        """Place of contact 2 in arrays of contacts; of contact 1 where it is the only one."""
+        return min(self.first_granule, len(self.contacts) - 1)
+
+    @property
+    def pushed(self) -> int:
+        """Place in ``granules`` of the granule on which the force acts."""
+        return self.shock.granule - 1 + self.first_granule
+
+    @property
+    def contacts(self) -> range:
+        """Numbers of the contacts: from 2, or 1 with a near wall, to N, or N + 1 with a wall."""
+        return range(2 - self.first_granule, self.chain.granules + 1 + (self.wall is not None))
+
+    @property
+    def last_contact(self) -> int:
+        """Number of the last contact, N, or N + 1 with a wall."""
+        return self.contacts[-1]
+
+    def contact_label(self, contact: int) -> str:
+        """Return what a table calls a contact: its number, or the wall."""
+        name = self.contact_name(contact)
+        return str(contact) if name.startswith("contact") else name.removeprefix("the ")
+
+    def contact_name(self, contact: int) -> str:
+        """Return what a sentence calls a contact."""
+        if contact < 2:
+            return "the near wall"
+        return "the wall" if contact > self.chain.granules else f"contact {contact}"
 
     @property
     def measures_contacts(self) -> bool:
@@ -541,7 +570,12 @@ class Scene(Numbered, Shown):
     @functools.cached_property
     def applied_impulse(self) -> float:
         """Integral of the applied force over time, up to the end of the run [N s]."""
-        return impulse_until(self.ramps, self.end_time)
+        end = self.end_time  # asked for once: a table may have many rows
+        return math.fsum(
+            ramp.impulse if ramp.end <= end else ramp.impulse_until(end)
+            for ramp in self.ramps
+            if ramp.start < end
+        )
 
     @property
     def pushed_mass(self) -> float:
@@ -613,13 +647,8 @@ SceneLike = Scene | str | os.PathLike[str]
 
 
 def to_scene(given: SceneLike) -> Scene:
-    """Return the scene, read from its file where a path is given; else raise a SceneError."""
-    if isinstance(given, str | os.PathLike):
-        return Scene.from_toml(os.fspath(given))
-    kind = None if given is None else type(given).__name__
-    allowed = "must be a Scene or the path of a scene file (TOML)"
-    require(isinstance(given, Scene), "scene", kind, allowed)
-    return given
+    """Return the scene, read from its file where a path is given."""
+    return given if isinstance(given, Scene) else Scene.from_toml(os.fspath(given))
 
 
 _LEAST_UNCERTAINTY = 1e-9

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,7 +14,7 @@ from hertzchain.contact import hertz
 from hertzchain.errors import TooExpensive
 from hertzchain.scene.chain import MOMENTUM_IN_NATURAL_UNITS, NaturalUnits, length_and_time
 from hertzchain.scene.granules import Granules
-from hertzchain.scene.keys import check, key
+from hertzchain.scene.keys import check, optional
 from hertzchain.scene.shocks import Piston, Ramp, Stroke
 
 
@@ -27,14 +27,9 @@ class Run:
     end_time
         End of the run [s]; None for the default, long enough for every contact to peak, or, with a
         striker, a wall or unlike granules, twice the time at which the first pulses are over.
-
-    Raises
-    ------
-    SceneError
-        If the end time is not a finite number above 0.
     """
 
-    end_time: float | None = field(default=None, metadata=key("s", "end of the run", above=0))
+    end_time: float | None = optional("s", "end of the run", above=0)
 
     def __post_init__(self) -> None:
         check(self)

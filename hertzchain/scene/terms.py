@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
-from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from typing import Any, Literal, get_args
 
@@ -12,15 +10,8 @@ import numpy as np
 
 from hertzchain.arrays import FloatArray
 from hertzchain.errors import SceneError, is_positive, require, require_one
-from hertzchain.scene.chain import (
-    MATERIAL,
-    MEASURED,
-    POISSON_RATIO,
-    STIFFNESS,
-    YIELD_STRENGTH,
-    YOUNG_MODULUS,
-)
-from hertzchain.scene.keys import Key, Section, check, key, keys_of, of_granule, to_si
+from hertzchain.scene.chain import MATERIAL, MEASURED, Chain
+from hertzchain.scene.keys import alike, check, key, optional
 
 ALL_TERMS = (
     "single granule", "unlike granules", "measured granules", "gaps", "striker", "piston",
@@ -45,135 +36,10 @@ DAMPING: dict[DampingLaw, str] = {
 }
 """Laws of damping, each with its parameter."""
 
-RESTITUTION = Key(
-    "", "coefficient of restitution e", above=0, below=1,
-    advice="; leave out [contact] for no damping",
-)  # fmt: skip
-RELAXATION_TIME = Key("s", "relaxation time of contacts", above=0, usual=(1e-12, 1.0))
-COEFFICIENT = Key("kg/s", "coefficient of dashpots", above=0)
-"""Keys of damping, for all contacts or the wall's."""
-
 RIGID_MODULUS_RATIO = 1e30
 """Young's modulus of a rigid wall over that of the granule next to it (chosen), for codes whose
 walls all have one: its deformation is below round-off.
 """
-
-
-@dataclass(frozen=True)
-class Wall:
-    """A plane wall at the far end, across the chain, or at the near end.
-
-    Parameters
-    ----------
-    kind
-        ``rigid``, ``same`` (the material of the granule next to it) or ``elastic``; None with
-        ``stiffness``, and for a near wall whose stiffness is that of ``Chain``.
-    young_modulus, poisson_ratio
-        Material of an elastic wall [Pa], [1]; None for the other kinds.
-    yield_strength
-        Yield strength of an elastic wall [Pa]; None where it is unknown.
-    gap
-        Gap between the wall and the granule next to it at the start [m].
-    restitution, relaxation_time, coefficient
-        Parameter of the wall's contact in the law of ``Contact``, which the scene then has; None
-        for that of all contacts.
-    stiffness
-        A of the wall's contact, as it was measured [N m^(-3/2)]; None where it follows.
-
-    Raises
-    ------
-    SceneError
-        For a value that is not possible.
-    """
-
-    kind: WallKind | None = field(default=None, metadata=key("", "wall", kind="str", choices=WALLS))
-    young_modulus: float | None = of_granule(YOUNG_MODULUS, "Young's modulus of the wall")
-    poisson_ratio: float | None = of_granule(
-        POISSON_RATIO,
-        "Poisson's ratio of the wall",
-    )
-    gap: float = field(default=0.0, metadata=key("m", "gap before the wall", least=0))
-    yield_strength: float | None = of_granule(YIELD_STRENGTH)
-    restitution: float | None = of_granule(RESTITUTION, "coefficient of restitution of the wall")
-    relaxation_time: float | None = of_granule(RELAXATION_TIME, "relaxation time of the wall")
-    coefficient: float | None = of_granule(COEFFICIENT, "coefficient of the wall's dashpot")
-    stiffness: float | None = of_granule(STIFFNESS, "stiffness A of the wall")
-
-    def __post_init__(self) -> None:
-        kind = keys_of(Wall)["kind"]
-        if self.kind is not None:
-            kind.check("kind", self.kind)
-        allowed = "not allowed with stiffness, which takes its place"
-        require(self.kind is None or self.stiffness is None, "kind", self.kind, allowed)
-        for name in ("young_modulus", "poisson_ratio", "yield_strength"):
-            value = getattr(self, name)
-            if self.kind == "elastic":
-                given = value is not None or name == "yield_strength"
-                require(given, name, None, 'missing, a wall of kind "elastic" needs it')
-            else:
-                other = "one with stiffness" if self.kind is None else f'"{self.kind}"'
-                allowed = f'only a wall of kind "elastic" has it, not {other}'
-                require(value is None, name, value, allowed)
-        check(self)
-
-    def material(self, young_modulus: float, poisson_ratio: float) -> dict[str, float]:
-        """Return the wall's material, by names, from that of the granule next to it."""
-        if self.kind == "elastic":
-            assert self.young_modulus is not None
-            assert self.poisson_ratio is not None
-            young_modulus, poisson_ratio = self.young_modulus, self.poisson_ratio
-        elif self.kind == "rigid":
-            young_modulus, poisson_ratio = RIGID_MODULUS_RATIO * young_modulus, 0.0
-        return {"young_modulus": young_modulus, "poisson_ratio": poisson_ratio}
-
-    def damped(self, contact: Contact | None) -> Wall:
-        """Return the wall with its own parameter of a law, or without one."""
-        names: Any = dict.fromkeys(DAMPING.values())
-        if contact is not None:
-            names[DAMPING[contact.damping]] = contact.parameter
-        return replace(self, **names)
-
-    @property
-    def own_damping(self) -> dict[str, float]:
-        """The wall's own damping parameters, by name; empty if all contacts share theirs."""
-        values = {name: getattr(self, name) for name in DAMPING.values()}
-        return {name: value for name, value in values.items() if value is not None}
-
-
-@dataclass(frozen=True)
-class Precompression:
-    """Constant forces on the chain; the run starts from equilibrium under them.
-
-    Parameters
-    ----------
-    force
-        Force that pushes granule 1, or granule 2 where a free striker flies onto it, towards the
-        far end [N]; a near wall presses granule 1 with it. Without a wall an equal force holds the
-        last granule.
-    gravity
-        Acceleration along the chain, towards the far end [m/s^2]; needs a wall or a fixed last
-        granule.
-
-    Raises
-    ------
-    SceneError
-        For a value below 0, or where both are 0.
-    """
-
-    force: float = field(
-        default=0.0,
-        metadata=key("N", "precompression", least=0, usual=(1e-6, 1e7)),
-    )
-    gravity: float = field(
-        default=0.0,
-        metadata=key("m/s^2", "gravity along the chain", least=0, usual=(1e-6, 1e4)),
-    )
-
-    def __post_init__(self) -> None:
-        check(self)
-        if not (self.force or self.gravity):
-            allowed = "both are 0: give one of them, or leave the section out"
-            raise SceneError("force and gravity", None, allowed)
 
 
 @dataclass(frozen=True)
@@ -196,17 +62,20 @@ class Contact:
         Coefficient of the dashpots [kg/s].
     attraction
         Whether damping may make a contact pull as it opens; if not, its force is 0 there.
-
-    Raises
-    ------
-    SceneError
-        For a value that is not possible, or a parameter of another law.
     """
 
     damping: DampingLaw = field(metadata=key(kind="str", choices=tuple(DAMPING)))
-    restitution: float | None = field(default=None, metadata={"key": RESTITUTION})
-    relaxation_time: float | None = field(default=None, metadata={"key": RELAXATION_TIME})
-    coefficient: float | None = field(default=None, metadata={"key": COEFFICIENT})
+    restitution: float | None = optional(
+        "",
+        "coefficient of restitution e",
+        above=0,
+        below=1,
+        advice="; leave out [contact] for no damping",
+    )
+    relaxation_time: float | None = optional(
+        "s", "relaxation time of contacts", above=0, usual=(1e-12, 1.0)
+    )
+    coefficient: float | None = optional("kg/s", "coefficient of dashpots", above=0)
     attraction: bool = field(default=False, metadata=key(kind="bool"))
 
     def __post_init__(self) -> None:
@@ -250,6 +119,109 @@ class Contact:
         return np.full(stiffness.shape, self.parameter)
 
 
+@dataclass(frozen=True)
+class Wall:
+    """A plane wall at the far end, across the chain, or at the near end.
+
+    Parameters
+    ----------
+    kind
+        ``rigid``, ``same`` (the material of the granule next to it) or ``elastic``; None with
+        ``stiffness``, and for a near wall whose stiffness is that of ``Chain``.
+    young_modulus, poisson_ratio
+        Material of an elastic wall [Pa], [1]; None for the other kinds.
+    yield_strength
+        Yield strength of an elastic wall [Pa]; None where it is unknown.
+    gap
+        Gap between the wall and the granule next to it at the start [m].
+    restitution, relaxation_time, coefficient
+        Parameter of the wall's contact in the law of ``Contact``, which the scene then has; None
+        for that of all contacts.
+    stiffness
+        A of the wall's contact, as it was measured [N m^(-3/2)]; None where it follows.
+    """
+
+    kind: WallKind | None = optional("", "wall", kind="str", choices=WALLS)
+    young_modulus: float | None = alike(Chain, "young_modulus", "Young's modulus of the wall")
+    poisson_ratio: float | None = alike(Chain, "poisson_ratio", "Poisson's ratio of the wall")
+    gap: float = field(default=0.0, metadata=key("m", "gap before the wall", least=0))
+    yield_strength: float | None = alike(Chain, "yield_strength")
+    restitution: float | None = alike(
+        Contact, "restitution", "coefficient of restitution of the wall"
+    )
+    relaxation_time: float | None = alike(Contact, "relaxation_time", "relaxation time of the wall")
+    coefficient: float | None = alike(Contact, "coefficient", "coefficient of the wall's dashpot")
+    stiffness: float | None = alike(Chain, "stiffness", "stiffness A of the wall")
+
+    def __post_init__(self) -> None:
+        check(self)
+        allowed = "not allowed with stiffness, which takes its place"
+        require(self.kind is None or self.stiffness is None, "kind", self.kind, allowed)
+        for name in ("young_modulus", "poisson_ratio", "yield_strength"):
+            value = getattr(self, name)
+            if self.kind == "elastic":
+                given = value is not None or name == "yield_strength"
+                require(given, name, None, 'missing, a wall of kind "elastic" needs it')
+            else:
+                other = "one with stiffness" if self.kind is None else f'"{self.kind}"'
+                allowed = f'only a wall of kind "elastic" has it, not {other}'
+                require(value is None, name, value, allowed)
+
+    def material(self, young_modulus: float, poisson_ratio: float) -> dict[str, float]:
+        """Return the wall's material, by names, from that of the granule next to it."""
+        if self.kind == "elastic":
+            assert self.young_modulus is not None
+            assert self.poisson_ratio is not None
+            young_modulus, poisson_ratio = self.young_modulus, self.poisson_ratio
+        elif self.kind == "rigid":
+            young_modulus, poisson_ratio = RIGID_MODULUS_RATIO * young_modulus, 0.0
+        return {"young_modulus": young_modulus, "poisson_ratio": poisson_ratio}
+
+    def damped(self, contact: Contact | None) -> Wall:
+        """Return the wall with its own parameter of a law, or without one."""
+        names: Any = dict.fromkeys(DAMPING.values())
+        if contact is not None:
+            names[DAMPING[contact.damping]] = contact.parameter
+        return replace(self, **names)
+
+    @property
+    def own_damping(self) -> dict[str, float]:
+        """The wall's own damping parameters, by name; empty if all contacts share theirs."""
+        values = {name: getattr(self, name) for name in DAMPING.values()}
+        return {name: value for name, value in values.items() if value is not None}
+
+
+@dataclass(frozen=True)
+class Precompression:
+    """Constant forces on the chain; the run starts from equilibrium under them.
+
+    Parameters
+    ----------
+    force
+        Force that pushes granule 1, or granule 2 where a free striker flies onto it, towards the
+        far end [N]; a near wall presses granule 1 with it. Without a wall an equal force holds the
+        last granule.
+    gravity
+        Acceleration along the chain, towards the far end [m/s^2]; needs a wall or a fixed last
+        granule.
+    """
+
+    force: float = field(
+        default=0.0,
+        metadata=key("N", "precompression", least=0, usual=(1e-6, 1e7)),
+    )
+    gravity: float = field(
+        default=0.0,
+        metadata=key("m/s^2", "gravity along the chain", least=0, usual=(1e-6, 1e4)),
+    )
+
+    def __post_init__(self) -> None:
+        check(self)
+        if not (self.force or self.gravity):
+            allowed = "both are 0: give one of them, or leave the section out"
+            raise SceneError("force and gravity", None, allowed)
+
+
 NO_GAUGE = "there is none: the scene needs a [[gauge]] with granule or contact"
 
 
@@ -264,15 +236,10 @@ class Gauge:
     contact
         Number of a contact, between granules ``contact - 1`` and ``contact``; N + 1 is the contact
         of the wall, 1 that of a near wall.
-
-    Raises
-    ------
-    SceneError
-        If none or both are given, or if the given number is not whole.
     """
 
-    granule: int | None = field(default=None, metadata=key(kind="int"))
-    contact: int | None = field(default=None, metadata=key(kind="int"))
+    granule: int | None = optional(kind="int")
+    contact: int | None = optional(kind="int")
 
     def __post_init__(self) -> None:
         require_one(granule=self.granule, contact=self.contact)
@@ -316,10 +283,9 @@ class Gauge:
 OF_GRANULES = tuple(f"chain.{key}" for key in (*MATERIAL, "gap", "velocity", *MEASURED))
 """Keys that can scatter among granules."""
 
-SECTIONS_OF_UNCERTAIN = ("uncertainty", "scatter")
-
-_PERCENT = re.compile(r"\s*([-+.\deE]+)\s*%\s*")
-_FORM = "must be a standard deviation, such as '5 %' or one with a unit, or {half_width = ...}"
+SPREAD_ALLOWED = (
+    "must be a standard deviation, such as '5 %' or one with a unit, or {half_width = ...}"
+)
 
 
 @dataclass(frozen=True)
@@ -338,11 +304,6 @@ class Uncertain:
         Whether the distribution is uniform.
     each
         Whether it is scatter: each granule has a value of its own, all independent.
-
-    Raises
-    ------
-    SceneError
-        If ``size`` is not a finite number above 0.
     """
 
     key: str
@@ -352,7 +313,7 @@ class Uncertain:
     each: bool = False
 
     def __post_init__(self) -> None:
-        require(is_positive(self.size), self.key, self.size, _FORM)
+        require(is_positive(self.size), self.key, self.size, SPREAD_ALLOWED)
         if self.each:
             require(self.key in OF_GRANULES, self.key, None, f"must be {', '.join(OF_GRANULES)}")
 
@@ -366,58 +327,3 @@ class Uncertain:
         """The text of it in a scene file."""
         size = f"{100 * self.size:.15g} %" if self.relative else self.size
         return {"half_width": size} if self.uniform else size
-
-
-def read_uncertain(
-    section: str,
-    values: Section,
-    key_named: Callable[[str], Key | None],
-    full: Callable[[str], str],
-) -> tuple[Uncertain, ...]:
-    """Read [uncertainty] or [scatter]; a SceneError names the key with its section.
-
-    ``full`` returns the full name of a key that is given without its section.
-    """
-    entries = []
-    for given, value in _flat(values):
-        name = f"{section}.{given}"
-        key = f"chain.{given}" if f"chain.{given}" in OF_GRANULES else given
-        try:
-            key = key if section == "scatter" else full(given)
-        except SceneError as problem:
-            raise SceneError(name, value, problem.allowed) from None
-        quantity = key_named(key)
-        can_vary = quantity is not None and quantity.kind == "float" and bool(quantity.label)
-        unit = quantity.unit if quantity is not None and can_vary else None
-        allowed = "has no quantity; write the key as in the scene, such as chain.young_modulus"
-        require("." in key and unit is not None, name, value, allowed)
-        uniform = isinstance(value, dict)
-        require(not uniform or list(value) == ["half_width"], name, value, _FORM)
-        written = value["half_width"] if uniform else value
-        percent = _PERCENT.fullmatch(written) if isinstance(written, str) else None
-        try:
-            size = float(percent[1]) / 100 if percent else to_si(name, written, unit or "")
-            entries.append(Uncertain(key, size, percent is not None, uniform, section == "scatter"))
-        except SceneError as problem:
-            raise SceneError(name, value, problem.allowed) from None
-        except ValueError:
-            raise SceneError(name, value, _FORM) from None
-    return tuple(entries)
-
-
-def sections_of_uncertain(uncertain: Iterable[Uncertain]) -> dict[str, dict[str, Any]]:
-    """Return the sections of a scene file that ``read_uncertain`` reads, without empty ones."""
-    sections: dict[str, dict[str, Any]] = {}
-    for entry in uncertain:
-        section = "scatter" if entry.each else "uncertainty"
-        sections.setdefault(section, {})[entry.key] = entry.written
-    return sections
-
-
-def _flat(values: Section, before: str = "") -> Iterator[tuple[str, Any]]:
-    """Yield keys with their values; without quotes TOML makes tables of ``chain.radius``."""
-    for name, value in values.items():
-        if isinstance(value, dict) and value and "half_width" not in value:
-            yield from _flat(value, f"{before}{name}.")
-        else:
-            yield before + name, value

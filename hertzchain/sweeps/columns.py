@@ -5,7 +5,7 @@ from __future__ import annotations
 import copy
 import re
 from collections import defaultdict
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from operator import attrgetter
@@ -19,7 +19,6 @@ from hertzchain.observables.result import Result
 from hertzchain.scene.chain import MATERIAL, MEASURED, Chain
 from hertzchain.scene.file import (
     KEYS,
-    OF_PROFILE,
     OTHERS,
     SECTIONS,
     SEGMENT,
@@ -103,8 +102,7 @@ def _largest(
 
 
 def _restitution(run: Result, name: str) -> float | None:
-    """Return a coefficient of ``Result.restitution``; None where there is none."""
-    return None if run.restitution is None else getattr(run.restitution, name)
+    return getattr(run.restitution, name, None)
 
 
 def _of_contact_n(run: Result) -> float | None:
@@ -252,29 +250,27 @@ def unit_of(name: str) -> str:
 
 def columns_in(manifest: Section) -> tuple[Column, ...]:
     """Return the columns of a sweep from its manifest."""
-    return columns_of(manifest["scene"], [axis["name"] for axis in manifest["vary"]])
+    return tuple(map(column_named, manifest["columns"])) if "columns" in manifest else ALL
 
 
-def columns_of(scene: Mapping[str, Section], varied: Collection[str]) -> tuple[Column, ...]:
+def are_plain(scene: Scene, varied: Collection[str]) -> bool:
+    """Return whether no scene of a sweep can have terms."""
+    of_shock = {f"shock.{key}" for key in keys_of(type(scene.shock)) if key != "granule"}
+    is_plain = scene.is_plain and not scene.gauges and scene.chain.section is None
+    return is_plain and {*of_shock, *varied} <= {*PARAMETERS}
+
+
+def columns_of(scene: Scene, varied: Collection[str]) -> tuple[Column, ...]:
     """Return the columns of the table of a sweep, from its scene and the varying parameters."""
-    chain = scene["chain"]
-    unlike = "segments" in chain or any(isinstance(value, list) for value in chain.values())
-    of_terms = any(name not in PARAMETERS for name in varied)
-    shock = OF_PROFILE.get(scene.get("shock", {}).get("profile", ""))
-    sections = "striker", "wall", "near_wall", "precompression", "contact"
-    held = any(section in scene for section in sections)
-    held = held or (shock is not None and shock.is_driven) or "granule" in scene.get("shock", {})
-    gauges = _of_gauges(len(scene.get("gauge", ())))
-    of_terms = of_terms or "duration" in scene.get("shock", {})
-    of_terms = of_terms or bool({"gap", "velocity", *MEASURED} & {*chain})
-    if not (of_terms or unlike or held or gauges):
+    if are_plain(scene, varied):
         return ALL
+    sections, shock = sections_of(scene), scene.shock
     always = {f"chain.{key}" for key in ("granules", *MATERIAL)} | {"run.end_time", *varied}
-    if shock is not None:
-        keys = {"profile", "momentum_ratio", *keys_of(shock)} - {"granule"}
+    if shock.section == "shock":
+        keys = {"profile", "momentum_ratio", *keys_of(type(shock))} - {"granule"}
         always |= {f"shock.{key}" for key in keys}
-    given = {f"{part}.{key}": value for part in scene if part != "gauge"
-             for key, value in scene[part].items()}  # fmt: skip
+    given = {f"{part}.{key}": value for part in sections if part != "gauge"
+             for key, value in sections[part].items()}  # fmt: skip
     kept = [
         name
         for name in (*PARAMETERS, *TERMS)
@@ -286,12 +282,15 @@ def columns_of(scene: Mapping[str, Section], varied: Collection[str]) -> tuple[C
     def rank(name: str) -> int:
         return order.get("segments" if SEGMENT.fullmatch(name) else name.partition(".")[0], 3)
 
-    kinds = {"", "terms", *scene} | (set() if unlike or held else {"waves"})
+    unlike = any(isinstance(value, list) for value in sections["chain"].values())
+    held = not sections.keys().isdisjoint({"striker", *OTHERS} - {"run"}) or shock.is_driven
+    kinds = {"", "terms", *sections}
+    kinds |= set() if unlike or held or "shock.granule" in given else {"waves"}
     return (
         *_BEGIN,
         *map(column_named, sorted(kept, key=rank)),
         *(column for column in FOUND_COLUMNS if column.of in kinds),
-        *gauges,
+        *_of_gauges(len(scene.gauges)),
         _END,
     )
 
@@ -356,7 +355,7 @@ def full_key(name: object, scene: Scene) -> str:
     names = names_of(scene)
     if full := full_names(name, names):
         return full[0]
-    section = str(name).partition(".")[0]
+    section, key = str(name).partition(".")[0], str(name).rpartition(".")[2]
     if section in SECTIONS and section not in {*sections_of(scene), "run", "gauge"}:
         allowed = f"cannot vary: the scene has no [{section}]; add the section to its file"
         raise SceneError(str(name), None, allowed)
@@ -364,15 +363,14 @@ def full_key(name: object, scene: Scene) -> str:
         allowed = "cannot vary: segments, a file or lists say how many there are"
         raise SceneError(str(name), None, allowed)
     of_segments = "segments." in str(name)
-    alike = [parameter for parameter in names if ("segments." in parameter) == of_segments]
-    keys = [parameter.rpartition(".")[2] for parameter in alike]
-    key = str(name).rpartition(".")[2]
-    same = f"; did you mean {alike[keys.index(key)]}?" if key in keys else ""
-    hint = same or did_you_mean(str(name), [*names, *keys])
+    alike = [other for other in names if ("segments." in other) == of_segments]
+    keys = {other.rpartition(".")[2]: other for other in reversed(alike)}
+    hint = did_you_mean(str(name), [*names, *keys])
+    hint = f"; did you mean {keys[key]}?" if key in keys else hint
     # One example for segments, which may have thousands.
-    listed = [parameter for parameter in names if not SEGMENT.fullmatch(parameter)]
+    listed = [other for other in names if not SEGMENT.fullmatch(other)]
     if len(listed) < len(names):
-        last = next(parameter for parameter in reversed(names) if SEGMENT.fullmatch(parameter))
+        last = next(other for other in reversed(names) if SEGMENT.fullmatch(other))
         listed.append(f"keys of segments, such as {last}")
     what = f"{hint} What" if hint else "; what"
     raise SceneError(str(name), None, f"cannot vary{what} can vary: {', '.join(listed)}")
@@ -402,10 +400,10 @@ def changed(
         chain = read_chain(_with_keys(chain.section, of["chain"]))
     else:
         chain = _replaced("chain", chain, of["chain"])
-    shock = base.shock.section
+    section = base.shock.section
+    shock = _replaced(section, base.shock, of[section])
     others = {name: _replaced(name, getattr(base, name), of[name]) for name in OTHERS}
-    chain = scattered(chain)
-    return Scene(chain, _replaced(shock, base.shock, of[shock]), **others, gauges=base.gauges)
+    return Scene(scattered(chain), shock, **others, gauges=base.gauges)
 
 
 def _replaced(section: str, part: _Part, values: Section) -> _Part:
@@ -434,10 +432,10 @@ def _with_keys(section: Section, values: Section) -> dict[str, Any]:
 def base_values(scene: Scene, names: Collection[str]) -> dict[str, Any]:
     """Return the values of a scene by the names of parameters; NaN for those it does not have."""
     sections = sections_of(scene)
+    chain, segments = sections["chain"], sections["chain"].get("segments", [])
     overrides: dict[str, Any] = {
         "chain.granules": scene.chain.granules,
-        "chain.gap": sections["chain"].get("gap", 0.0),
-        "chain.velocity": sections["chain"].get("velocity", 0.0),
+        **{f"chain.{key}": chain.get(key, 0.0) for key in ("gap", "velocity")},
         **{f"{wall}.gap": sections.get(wall, {}).get("gap", 0.0) for wall in WALLS},
         "shock.profile": scene.shock.profile_name,
         "shock.peak_force": float(scene.peak_force),
@@ -446,19 +444,11 @@ def base_values(scene: Scene, names: Collection[str]) -> dict[str, Any]:
     for name in names:
         section, _, key = name.partition(".")
         value = overrides.get(name, sections.get(section, {}).get(key))
-        if (at := SEGMENT.fullmatch(name)) is not None:
-            value = _of_segment(sections["chain"], *at.groups())
+        if (at := SEGMENT.fullmatch(name)) is not None and int(at[1]) <= len(segments):
+            segment = segments[int(at[1]) - 1]
+            of_cell = segment["cell"][int(at[2]) - 1] if at[2] else {}
+            value = {**chain, **segment, **of_cell}.get(at[3])
         if isinstance(value, float | int) and not is_whole(name):
             value = float(value)  # a column has one type, also where a file has 100 for 100.0
         values[name] = np.nan if value is None or isinstance(value, list) else value
     return values
-
-
-def _of_segment(chain: Section, number: str, place: str | None, key: str) -> Any:
-    """Return the value of a key of a segment, or of a granule of its cell, or the chain's."""
-    segments = chain.get("segments", [])
-    if int(number) > len(segments):
-        return None
-    segment = segments[int(number) - 1]
-    granules = segment if place is None else {**segment, **segment["cell"][int(place) - 1]}
-    return granules.get(key, chain.get(key))

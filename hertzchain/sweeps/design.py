@@ -8,8 +8,6 @@ import re
 import warnings
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
-from functools import cache
-from importlib import resources
 from numbers import Integral
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -20,14 +18,13 @@ from hertzchain.arrays import FloatArray
 from hertzchain.errors import SceneError, require
 from hertzchain.scene.arguments import checked
 from hertzchain.scene.file import key_named, sections_of
-from hertzchain.scene.keys import Key, keys_of, to_si
+from hertzchain.scene.keys import Key, to_si
 from hertzchain.scene.scene import Scene, SceneLike, to_scene
 from hertzchain.sweeps.columns import (
-    ALL,
     OTHER_MEASURE,
-    PARAMETERS,
     WALLS,
     Column,
+    are_plain,
     base_values,
     changed,
     columns_of,
@@ -47,7 +44,6 @@ Value = float | int | str
 
 
 def _key(name: str) -> Key:
-    """Return the key of a parameter in a scene file."""
     key = key_named(name)
     assert key is not None, name
     return key
@@ -148,11 +144,10 @@ def axes_of_table(table: pandas.DataFrame, full: Callable[[str], str]) -> tuple[
             try:
                 values[cell] = _value(name, cell, unit)
             except SceneError as problem:
-                rows = (1 + np.flatnonzero((cells == cell).fillna(False).to_numpy(bool))).astype(
-                    str
-                )
-                more = f" and {rows.size - _FEW} more" if rows.size > _FEW else ""
-                listed = f"row{'s'[: rows.size - 1]} {', '.join(rows[:_FEW])}{more}"
+                is_same = (cells == cell).fillna(False)
+                rows = [str(k) for k, same in enumerate(is_same, 1) if same]
+                more = f" and {len(rows) - _FEW} more" if len(rows) > _FEW else ""
+                listed = f"row{'s'[: len(rows) - 1]} {', '.join(rows[:_FEW])}{more}"
                 problems.append((problem, listed))
         empty, kind = ("", str) if _key(name).kind == "str" else (np.nan, float)
         if not problems:
@@ -244,69 +239,28 @@ def check_granules(name: str, granules: float) -> None:
     require(granules <= MOST_GRANULES, name, granules, allowed)
 
 
-_BITS = 30
-"""Binary digits of a point, as many as SciPy's have."""
-
-
 def sobol_points(dimensions: int, seed: int, numbers: NDArray[np.int64]) -> FloatArray:
-    """Return points of a scrambled Sobol sequence, from 0 to 1, shape (points, dimensions).
-
-    They are the same as those of ``scipy.stats.qmc.Sobol``, which computes them in more dimensions
-    than ``directions.txt`` has.
+    """Return points of a scrambled Sobol sequence of SciPy, shape (points, dimensions).
 
     Parameters
     ----------
     dimensions
-        Number of coordinates, 1 to 21,201.
+        Number of coordinates, from 0 to 1 each; 1 to 21,201.
     seed
-        Seed of the scrambling: linear matrices and a digital shift.
+        Seed of the scrambling.
     numbers
         Which points, counted from 0, shape (points,).
     """
-    if dimensions > len(_directions()):
-        from scipy.stats import qmc
+    from scipy.stats import qmc
 
+    engine, points = qmc.Sobol(dimensions, seed=seed), []
+    places, order = np.unique(numbers, return_inverse=True)
+    for run in np.split(places, np.flatnonzero(np.diff(places) > 1) + 1):
+        if left_out := int(run[0]) - engine.num_generated:
+            engine.fast_forward(left_out)
         with warnings.catch_warnings(action="ignore", category=UserWarning):  # not a power of two
-            every = qmc.Sobol(dimensions, seed=seed).random(int(np.max(numbers)) + 1)
-        return np.asarray(every[numbers])
-    directions, shift = _scrambled(dimensions, seed)
-    gray = numbers ^ numbers >> 1
-    points = np.tile(shift, (numbers.size, 1))
-    for bit in range(_BITS):
-        points[(gray >> bit & 1) == 1] ^= directions[:, bit]
-    return points / 2.0**_BITS
-
-
-def _scrambled(dimensions: int, seed: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return scrambled direction numbers, (dimensions, bits), and the shifts, (dimensions,)."""
-    random, places = np.random.default_rng(seed), np.arange(_BITS)
-
-    def bits(*shape: int) -> NDArray[Any]:
-        return random.integers(2, size=(dimensions, *shape), dtype=np.uint32).astype(np.int64)
-
-    shift = bits(_BITS) @ (1 << places)
-    matrix = np.tril(bits(_BITS, _BITS))
-    matrix[:, places, places] = 1
-    digits = np.array(_directions()[:dimensions])[..., np.newaxis] >> places[::-1] & 1
-    return (digits @ matrix.transpose(0, 2, 1) & 1) @ (1 << places[::-1]), shift
-
-
-@cache
-def _directions() -> list[list[int]]:
-    """Return the direction numbers of each dimension, by the recurrence of Bratley and Fox."""
-    text = resources.files(__package__).joinpath("directions.txt").read_text("ascii")
-    every = [[1] * _BITS]
-    for line in text.splitlines()[3:]:
-        polynomial, *numbers = map(int, line.split())
-        degree = len(numbers)
-        for _ in range(_BITS - degree):
-            number = numbers[-degree]
-            for k in range(1, degree + 1):
-                if polynomial >> degree - k & 1:
-                    number ^= numbers[-k] << k
-            numbers.append(number)
-        every.append(numbers)
-    return [[number << _BITS - 1 - k for k, number in enumerate(row)] for row in every]
+            points.append(engine.random(run.size))
+    return np.concatenate(points)[order]
 
 
 _OF_ELASTIC = {f"{wall}.{key}" for wall in WALLS for key in ("young_modulus", "poisson_ratio")}
@@ -335,17 +289,12 @@ class Design:
     @property
     def are_plain(self) -> bool:
         """True if no scene can have terms."""
-        are_plain = all(axis.name in PARAMETERS for axis in self.axes)
-        of_shock = {f"shock.{key}" for key in keys_of(type(self.base.shock)) if key != "granule"}
-        free = self.base.is_plain and not self.base.gauges and of_shock <= {*PARAMETERS}
-        return are_plain and free and self.base.chain.section is None
+        return are_plain(self.base, self.names)
 
     @property
     def columns(self) -> tuple[Column, ...]:
         """The columns of the table."""
-        if self.are_plain:
-            return ALL
-        return columns_of(sections_of(self.base), self.names)
+        return columns_of(self.base, self.names)
 
     @property
     def sampled(self) -> tuple[Axis, ...]:

@@ -148,7 +148,8 @@ def _selected(
         there = f"{len(frame):,} of {sweep.rows:,} rows are there"
         remarks.append(f"the sweep is not complete, {there}")
     for name, value in where.items():
-        allowed = f"has no list or grid of values in this sweep, as have: {', '.join(crossed)}"
+        there = ", ".join(axis.name for axis in varied if axis.name in crossed)
+        allowed = f"has no list or grid of values in this sweep, as have: {there}"
         require(name in {"backend", *crossed}, name, None, allowed)
         frame = frame[frame[name] == _meant(name, value, frame[name].unique())]
     if peaks is not None:

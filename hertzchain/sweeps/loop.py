@@ -136,8 +136,6 @@ Backend = Native | Lammps
 KINDS: dict[str, type[Backend]] = {"native": Native, "lammps": Lammps}
 """Names of the backends in the table."""
 
-NAMES: dict[type, str] = {kind: name for name, kind in KINDS.items()}
-
 MOST_ROWS, MOST_PEAKS = 10_000, 500_000  # scenes and contacts of a part, chosen: about 30 MB
 _SINGLE_SCENES = 50  # scenes of a part that are run one by one; chosen: a kill loses as many
 _LEAST_PARTS = 16  # least number of parts; chosen, so that few scenes keep all cores busy
@@ -183,7 +181,7 @@ def cut(design: Design, backends: Sequence[Backend]) -> Iterator[Part]:
         starts = range(0, design.scenes, size)
         digits = max(4, len(str(len(starts) - 1)))
         for number, start in enumerate(starts):
-            name = f"{NAMES[type(backend)]}-{number:0{digits}d}"
+            name = f"{backend.name}-{number:0{digits}d}"
             yield Part(name, backend, start, min(start + size, design.scenes))
 
 
@@ -238,24 +236,21 @@ def measure(
     ``cores`` by default, LAMMPS runs in ``child`` or a process for this part, and no further scene
     is run once work ``is_over``.
     """
-    import pandas
-
     begin = time.perf_counter()
-    numbers, name = np.arange(part.start, part.stop), NAMES[type(part.backend)]
+    numbers = np.arange(part.start, part.stop)
     given = design.parameters(numbers)
-    others = {"scene": numbers, "backend": np.full(numbers.size, name), **given}
-    tables: list[pandas.DataFrame] = []
+    others = {"scene": numbers, "backend": np.full(numbers.size, part.backend.name), **given}
+    cells: dict[int, dict[str, Any]] = {}
     if design.are_plain:
         similar = natural(given)
         others["shock.momentum_ratio"] = similar.momentum_ratio
         others["shock.rise_time"] = similar.rise_time
-    if _is_batched(design, part.backend):
-        assert isinstance(part.backend, Native)
-        tables += _batches(given, similar, part.backend, cores or usable_cores())
-    done = {row for table in tables for row in table.index}
-    cells: dict[int, dict[str, Any]] = {}
+        if _is_batched(design, part.backend):
+            assert isinstance(part.backend, Native)
+            cells = _batched(given, similar, part.backend, cores or usable_cores())
+    versions: Mapping[str, str] = native_versions() if cells else {}
     scenes: dict[int, Scene] = {}
-    for row in (row for row in range(numbers.size) if row not in done):
+    for row in (row for row in range(numbers.size) if row not in cells):
         try:
             scenes[row] = scene = design.scene(given, row)
         except HertzchainError as problem:
@@ -265,7 +260,6 @@ def measure(
             others["shock.momentum_ratio"][row] = scene.momentum_ratio
             if scene.rise_time is not None:
                 others["shock.rise_time"][row] = scene.rise_time
-    versions: Mapping[str, str] = native_versions() if done else {}
     results = _results(list(scenes.values()), part.backend, child, cores)
     for row, result in zip(scenes, results, strict=True):
         if isinstance(result, BackendMissing):
@@ -279,8 +273,7 @@ def measure(
         else:
             cells[row], versions = numbers_of(result), result.versions
             cells[row] |= _lists_of(result) if peaks else {}
-    tables.append(pandas.DataFrame.from_dict(cells, "index"))
-    table = _joined(tables, design.columns, numbers.size, peaks).assign(**others)
+    table = _typed(cells, design.columns, numbers.size, peaks).assign(**others)
     table = table[[*dict.fromkeys([*(column.name for column in design.columns), *table])]]
     table.attrs["hertzchain"] = {
         "wall_time_s": time.perf_counter() - begin,
@@ -289,33 +282,29 @@ def measure(
     return table
 
 
-def _joined(
-    tables: Sequence[pandas.DataFrame], columns: Sequence[Column], rows: int, peaks: bool
+def _typed(
+    cells: dict[int, dict[str, Any]], columns: Sequence[Column], rows: int, peaks: bool
 ) -> pandas.DataFrame:
     """Return the columns of results, and those of peaks if wanted, with a type each."""
     import pandas
 
     kinds = {column.name: column.kind for column in columns if is_result(column.name)}
-    lists = peak_columns(columns)[2:] if peaks else ()
-    cells = {name: np.full(rows, None, object) for name in (*kinds, "failure", *lists)}
-    for table in tables:
-        for name in table.columns.intersection([*cells]):
-            cells[name][table.index] = table[name].to_numpy(object)
-    joined: dict[str, Any] = {**cells, "failure": pandas.array(cells["failure"], dtype="string")}
+    names = *kinds, "failure", *(peak_columns(columns)[2:] if peaks else ())
+    table = pandas.DataFrame.from_dict(cells, "index").reindex(range(rows)).reindex(columns=names)
+    table = table.astype(object).where(table.notna(), None)
     for name, kind in kinds.items():
-        joined[name] = numbers = cells[name].astype(float)
+        table[name] = table[name].astype(float)
         if kind == "int":
-            joined[name] = pandas.array(np.where(numbers == 0, np.nan, numbers), "Int64")
-    return pandas.DataFrame(joined)
+            table[name] = table[name].where(table[name] != 0).astype("Int64")
+    return table.assign(failure=table["failure"].astype("string"))
 
 
-def _batches(
+def _batched(
     given: Mapping[str, NDArray[Any]], similar: Natural, native: Native, cores: int
-) -> list[pandas.DataFrame]:
-    """Measure scenes in the compiled batch, those of each length together.
+) -> dict[int, dict[str, Any]]:
+    """Measure scenes in the compiled batch, those of each length together; cells by rows.
 
-    The index of the tables has the rows. Scenes whose peaks are uncertain, whose
-    overlap is impossible, or that take long are left out.
+    Scenes whose peaks are uncertain, whose overlap is impossible, or that take long are left out.
     """
     import pandas
 
@@ -328,7 +317,7 @@ def _batches(
     # Many small batches keep all cores busy side by side, a few large ones each by itself.
     at_once = cores if len(alike) >= 2 * cores else 1
 
-    def batch(some: NDArray[np.intp]) -> pandas.DataFrame:
+    def batch(some: NDArray[np.intp]) -> dict[int, dict[str, Any]]:
         names = "shock.profile", "shock.duration_ratio"
         profiles, n = (given[name][some] for name in names)
         ratio, limit = similar.momentum_ratio[some], min(native.time_limit * some.size, _YEAR)
@@ -336,13 +325,16 @@ def _batches(
         try:
             batched = plain_peaks(profiles, ratio, n, *how)
         except TooExpensive:  # measured one by one, the failing scene gets the reason
-            return pandas.DataFrame()
+            return {}
         similarity = given["chain.radius"], given["shock.peak_force"], *similar[:2]
         columns = batch_columns(batched, *(values[some] for values in similarity))
         table = pandas.DataFrame(columns, index=some)
-        return table[(table["error_estimate"] < 1) & (table["overlap_ratio"] <= IMPOSSIBLE_OVERLAP)]
+        is_sure = (table["error_estimate"] < 1) & (table["overlap_ratio"] <= IMPOSSIBLE_OVERLAP)
+        rows: Any = table[is_sure].to_dict("index")
+        return rows  # type: ignore[no-any-return]
 
-    return list(map(batch, alike) if at_once == 1 else on_cores(batch, alike, at_once))
+    batches = map(batch, alike) if at_once == 1 else on_cores(batch, alike, at_once)
+    return {row: cells for rows in batches for row, cells in rows.items()}
 
 
 def _results(
@@ -401,7 +393,7 @@ def loop_here(design: Design, parts: Iterable[Part], peaks: bool) -> Tables:
         try:
             if isinstance(part.backend, Lammps):
                 return measure(design, part, peaks, child=child, is_over=stopped.is_set)
-            given, who = (design, part, peaks, 1), NAMES[type(part.backend)]
+            given, who = (design, part, peaks, 1), part.backend.name
             return child.call(measure, *given, time_limit=_YEAR, who=who)  # type: ignore[no-any-return]
         finally:
             idle.put(child)
@@ -463,7 +455,12 @@ def _loop_of(
     client: Any, scheduler: str, design: Design, parts: Iterable[Part], peaks: bool
 ) -> Tables:
     """Measure parts on the workers of a client of Dask."""
+    from distributed import KilledWorker
+
     executor, threads = client.get_executor(pure=False), -1
+    lost = RunFailed(
+        f"the scheduler {scheduler} is gone: start it again; the same command resumes the sweep"
+    )
 
     def submit(part: Part) -> Future[Any]:
         task = Task(version("hertzchain"), pickle.dumps((design, part, peaks)))
@@ -473,7 +470,7 @@ def _loop_of(
     def room() -> int:
         nonlocal threads
         if client.status != "running":
-            raise _lost(scheduler)
+            raise lost
         before = threads
         with suppress(OSError):  # a scheduler that answers slowly, or is lost
             there = client.sync(client.nthreads, callback_timeout=_PATIENCE)
@@ -483,7 +480,23 @@ def _loop_of(
         return _AHEAD * max(threads, 1)
 
     for part, future in _in_turn(submit, room, parts):
-        yield part, _outcome(future, part, scheduler)
+        try:
+            table: pandas.DataFrame = future.result()
+        except HertzchainError:
+            raise
+        except KilledWorker:
+            raise RunFailed(
+                f"part {part.name} was lost with worker after worker: look into their logs, they"
+                " may be short of memory; the same command resumes the sweep"
+            ) from None
+        except (ImportError, AttributeError) as problem:  # the latter in another version
+            raise BackendMissing(
+                f"a worker of {scheduler} cannot import {problem.name or problem}: pip"
+                f" install 'hertzchain=={version('hertzchain')}' there"
+            ) from None
+        except (CancelledError, OSError):
+            raise lost from None
+        yield part, table
 
 
 async def _check_scheduler(address: str) -> None:
@@ -521,35 +534,6 @@ def work(wanted: str, packed: bytes) -> pandas.DataFrame:
         return measure(design, part, peaks, cores=1)
     except BackendMissing as problem:
         raise BackendMissing(f"on {who}: {problem}") from None
-
-
-def _outcome(future: Future[Any], part: Part, scheduler: str) -> pandas.DataFrame:
-    """Return the table of a part, or raise an error that says why there is none."""
-    from distributed import KilledWorker
-
-    try:
-        table: pandas.DataFrame = future.result()
-    except HertzchainError:
-        raise
-    except KilledWorker:
-        raise RunFailed(
-            f"part {part.name} was lost with worker after worker: look into their logs, they"
-            " may be short of memory; the same command resumes the sweep"
-        ) from None
-    except (ImportError, AttributeError) as problem:  # the latter in another version
-        raise BackendMissing(
-            f"a worker of {scheduler} cannot import {problem.name or problem}: pip"
-            f" install 'hertzchain=={version('hertzchain')}' there"
-        ) from None
-    except (CancelledError, OSError):
-        raise _lost(scheduler) from None
-    return table
-
-
-def _lost(scheduler: str) -> RunFailed:
-    return RunFailed(
-        f"the scheduler {scheduler} is gone: start it again; the same command resumes the sweep"
-    )
 
 
 @contextmanager

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import hashlib
 import json
 import math
 import os
@@ -27,7 +26,6 @@ from hertzchain.sweeps.columns import columns_in, peak_columns
 from hertzchain.sweeps.design import Value, design
 from hertzchain.sweeps.loop import (
     KINDS,
-    NAMES,
     Backend,
     Part,
     cut,
@@ -42,7 +40,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-MANIFEST, CHECKSUMS, TABLE = "sweep.json", "sha256sums", "scenes"
+MANIFEST, TABLE = "sweep.json", "scenes"
 
 _LONGEST_VALUE = 60  # characters of a value in a message on another sweep, chosen
 
@@ -61,116 +59,78 @@ class Parts:
             return
 
         def write(path: Path) -> None:
-            table.to_parquet(path, engine="pyarrow", index=False)
+            table.to_parquet(path, engine="pyarrow", index=False, write_page_checksum=True)
             with path.open("rb+") as stream:  # otherwise a power failure leaves an empty file
                 os.fsync(stream.fileno())
 
-        name = f"{TABLE}/{part.name}.parquet"
-        write_with(self.folder / name, write)
-        sums = self.folder / CHECKSUMS
-        try:
-            with sums.open("a", encoding="utf-8", newline="\n") as stream:
-                stream.write(f"{_checksum(self.folder / name)}  {name}\n")
-        except OSError as problem:
-            raise OutputError(f"{sums}: cannot be written ({problem.strerror})") from None
+        write_with(self._path(part), write)
 
     def done(self, parts: Iterable[Part]) -> list[Part]:
-        """Return the parts that are done: their files have the checksums that they were given."""
-        if self.folder is None:
-            return []
-        sums: dict[str, str] = {}
-        with contextlib.suppress(OSError):  # where it cannot be written, either, keep reports that
-            lines = (self.folder / CHECKSUMS).read_text("utf-8", "replace").splitlines()
-            sums = {
-                name: checksum for checksum, _, name in (line.partition("  ") for line in lines)
-            }
-        names = ((part, f"{TABLE}/{part.name}.parquet") for part in parts)
-        return [part for part, name in names if sums.get(name, "") == _checksum(self.folder / name)]
+        """Return the parts that are done: their files are whole, and have their scenes."""
+        done = []
+        for part in parts:
+            with contextlib.suppress(OutputError):
+                if self.folder is not None and self._path(part).exists():
+                    scenes = _read_part(self._path(part))["scene"].tolist()
+                    done += [part] * (scenes == [*range(part.start, part.stop)])
+        return done
 
     def frames(self, columns: Sequence[str] | None = None) -> Iterator[pandas.DataFrame]:
         """Yield the table part by part."""
-        import pandas
-
         wanted = None if columns is None else list(columns)
         for _, table in sorted(self._tables.items()):
             yield table if wanted is None else table[wanted]
         for path in sorted((self.folder / TABLE).glob("*.parquet")) if self.folder else ():
-            try:
-                yield pandas.read_parquet(path, engine="pyarrow", columns=wanted)
-            except (OSError, ValueError, KeyError) as problem:
-                reason = str(problem).partition("\n")[0]
-                raise OutputError(
-                    f"{path}: cannot be read ({reason}); delete it, and the same sweep measures its"
-                    " scenes again"
-                ) from None
+            yield _read_part(path, wanted)
+
+    def _path(self, part: Part) -> Path:
+        assert self.folder is not None
+        return self.folder / TABLE / f"{part.name}.parquet"
+
+
+def _read_part(path: Path, columns: list[str] | None = None) -> pandas.DataFrame:
+    """Return columns of a part, all by default."""
+    import pandas
+
+    try:
+        return pandas.read_parquet(path, columns=columns, page_checksum_verification=True)
+    except (OSError, ValueError, KeyError) as problem:
+        reason = str(problem).partition("\n")[0]
+        raise OutputError(
+            f"{path}: cannot be read ({reason}); delete it, and the same sweep measures its"
+            " scenes again"
+        ) from None
 
 
 @contextlib.contextmanager
 def claimed(path: Path, manifest: Section) -> Iterator[None]:
-    """Claim a folder for a sweep and this process; another sweep's folder is refused.
+    """Prepare a folder for a sweep; another sweep's folder is refused.
 
-    The lock ends with the process, even if it is killed. A new folder in which no part was stored
-    is removed.
+    A new folder in which no part was stored is removed.
     """
-    import filelock
-
-    for above in path.resolve().parents[:2]:  # it would read these tables as its own
-        if (above / MANIFEST).exists():
-            raise OutputError(f"{path}: is inside of the sweep {above}; name another place")
     is_new = not path.exists()
     make_folder(path)
-    _check(path, manifest)
-    lock = filelock.FileLock(path / ".lock", timeout=0)
+    if (there := _read(path)) is not None:
+        # Compared after JSON, where tuples become lists.
+        old, new = _entries(there), _entries(json.loads(json.dumps(manifest)))
+        for name in {**new, **old}:
+            differ = f"{name} is {_in_words(old.get(name))} there and {_in_words(new.get(name))}"
+            if old.get(name) != new.get(name):
+                said = f"belongs to another sweep, {differ} here; name another folder"
+                raise OutputError(f"{path}: {said}")
+    elif strangers := [other.name for other in path.iterdir() if other.name[0] != "."]:
+        raise OutputError(f"{path}: is not a sweep, {strangers[0]} is in it; name a new folder")
+    else:
+        write_text(path / MANIFEST, json.dumps(manifest, indent=1) + "\n")
     try:
-        # File systems without locks: the user has to avoid starting a sweep twice.
-        with contextlib.suppress(NotImplementedError):
-            lock.acquire()
-    except filelock.Timeout:
-        raise OutputError(
-            f"{path}: another process is at work on this sweep; wait for it, or stop it"
-        ) from None
-    except OSError as problem:
-        raise OutputError(f"{path}: cannot be written ({problem.strerror})") from None
-    try:
-        if not _check(path, manifest):
-            write_text(path / MANIFEST, json.dumps(manifest, indent=1) + "\n")
         make_folder(path / TABLE)
-        # Unfinished files of a process that was killed.
-        for left in [*path.glob(".hertzchain-*"), *path.glob("*/.hertzchain-*")]:
-            shutil.rmtree(left, ignore_errors=True)
         yield
+        for left in path.rglob(".hertzchain-*"):  # unfinished files of a process that was killed
+            shutil.rmtree(left, ignore_errors=True)
     except BaseException:
         if is_new and not any((path / TABLE).glob("*.parquet")):
             shutil.rmtree(path, ignore_errors=True)
         raise
-    finally:
-        lock.release()
-
-
-def _check(path: Path, manifest: Section) -> bool:
-    """Return whether the folder has this sweep already; refuse a folder with anything else."""
-    if (there := _read(path)) is None:
-        if strangers := [other.name for other in path.iterdir() if other.name[0] != "."]:
-            raise OutputError(f"{path}: is not a sweep, {strangers[0]} is in it; name a new folder")
-        return False
-    # Compared after JSON, where tuples become lists.
-    old, new = _entries(there), _entries(json.loads(json.dumps(manifest)))
-    if old != new:
-        name = next(name for name in {**new, **old} if old.get(name) != new.get(name))
-        raise OutputError(
-            f"{path}: belongs to another sweep, {name} is {_in_words(old.get(name))} there and"
-            f" {_in_words(new.get(name))} here; name another folder"
-        )
-    return True
-
-
-def _checksum(path: Path) -> str | None:
-    """Return the checksum of a file; None if it cannot be read."""
-    try:
-        with path.open("rb") as stream:
-            return hashlib.file_digest(stream, "sha256").hexdigest()
-    except OSError:
-        return None
 
 
 def _read(folder: Path) -> Mapping[str, Any] | None:
@@ -279,7 +239,7 @@ class Sweep:
         """Draw a column over another, or a map; see ``hertzchain.sweeps.drawing.draw``."""
         from hertzchain.sweeps.drawing import SIZE, draw
 
-        return draw(self, x, y, colour, where, SIZE if size is None else size).figure
+        return draw(self, x, y, colour, where, size or SIZE).figure
 
     def count(self) -> Counts:
         """Count the scenes that are done, failed or inaccurate; reads one part at a time."""
@@ -409,7 +369,7 @@ def sweep(
         **layout.to_dict(),
         "backends": [settings(backend) for backend in chosen],
         "peaks": peaks,
-        "parts": {NAMES[type(backend)]: part_size(layout, backend) for backend in chosen},
+        "parts": {backend.name: part_size(layout, backend) for backend in chosen},
         "rows": layout.scenes * len(chosen),
     }
     parts = Parts(None if output is None else Path(output))
@@ -434,11 +394,11 @@ def sweep(
 
 def settings(backend: Backend) -> dict[str, Any]:
     """Return the settings of a backend that change numbers, as a JSON object."""
-    of_runs = {"time_limit", "isolated", "peaks_only"}
+    of_runs = {"time_limit", "peaks_only"}
     names = [field.name for field in fields(backend) if field.name not in of_runs]
     kept = {name: getattr(backend, name) for name in names}
     lmp = {"lmp": str(kept["lmp"])} if kept.get("lmp") is not None else {}
-    return {"name": NAMES[type(backend)], **kept, **lmp}
+    return {"name": backend.name, **kept, **lmp}
 
 
 def _aim(settings: Section) -> float:
@@ -460,7 +420,7 @@ def _backends(given: str | Iterable[str | Backend], rtol: float) -> tuple[Backen
             allowed = "must be Native, Lammps or the name of a backend"
             require(isinstance(backend, Backend), "backends", backend, allowed)
             backends.append(backend)
-    names = [NAMES[type(backend)] for backend in backends]
+    names = [backend.name for backend in backends]
     require(len(names) > 0, "backends", None, "must be at least one")
     require(len(set(names)) == len(names), "backends", names, "must not be given twice")
     return tuple(backends)

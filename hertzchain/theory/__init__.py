@@ -16,15 +16,14 @@ section 5.1             granule_velocity
 
 outside_range says why the paper's own formulas do not hold for a scene. Beyond the paper:
 hertzchain.theory.solitary_wave has the exact solitary wave, hertzchain.theory.peak_map peaks
-without a simulation, hertzchain.theory.restitution coefficients of restitution of damped contacts,
-hertzchain.theory.two_spheres that of a scene;
+without a simulation, hertzchain.theory.restitution coefficients of restitution of damped contacts;
 predict returns all of these results for a scene.
 """
 
 import sys
 
 from hertzchain.scene.arguments import checked
-from hertzchain.theory import peak_map, restitution, solitary_wave, two_spheres
+from hertzchain.theory import peak_map, restitution, solitary_wave
 from hertzchain.theory.paper import (
     acceleration,
     applied_force,
@@ -76,13 +75,12 @@ __all__ = [
     "solitary_wave_momentum",
     "solitary_wave_speed",
     "transition_granules",
-    "two_spheres",
     "unit_rise_time",
     "wave_momentum",
     "wave_profile",
 ]
 
-for _module in (sys.modules[__name__], peak_map, restitution, solitary_wave, two_spheres):
+for _module in (sys.modules[__name__], peak_map, restitution, solitary_wave):
     for _name, _public in list(vars(_module).items()):
         if getattr(_public, "__module__", "").startswith(__name__) and not _name.startswith("_"):
             setattr(_module, _name, checked(_public))

@@ -19,19 +19,23 @@ not pull); Thornton, Cummins and Cleary, Powder Technology 233 (2013) 30.
 
 from __future__ import annotations
 
+import functools
 import math
-from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Annotated
 
+import numpy as np
+
 from hertzchain.arrays import FloatArray
-from hertzchain.errors import POSITIVE, is_positive, require
-from hertzchain.scene.keys import Key, NotNegative
+from hertzchain.contact import hertz
+from hertzchain.errors import require
+from hertzchain.scene.chain import granule_mass, length_and_time
+from hertzchain.scene.keys import Key, NotNegative, check, key
 from hertzchain.scene.scene import Scene
+from hertzchain.theory.solitary_wave import solitary_wave
 
 VISCOELASTIC, DASHPOT = 0.5, 0.0
 """Exponent q of the overlap in eta = c d^q."""
-
 
 _CREEP_DAMPING = 8.0
 """Viscoelastic damping in natural units from which a contact that pulls creeps back (chosen).
@@ -51,21 +55,14 @@ class Collision:
         k = 4/3 E* sqrt(R*) [N m^(-3/2)].
     velocity
         Relative velocity of the impact [m/s].
-
-    Raises
-    ------
-    SceneError
-        For a value that is not a finite number above 0.
     """
 
-    mass: float
-    stiffness: float
-    velocity: float
+    mass: float = field(metadata=key("kg", above=0))
+    stiffness: float = field(metadata=key("N m^-1.5", above=0))
+    velocity: float = field(metadata=key("m/s", above=0))
 
     def __post_init__(self) -> None:
-        for key in ("mass", "stiffness", "velocity"):
-            value = getattr(self, key)
-            require(is_positive(value), key, value, POSITIVE)
+        check(self)
 
     @property
     def length(self) -> float:
@@ -82,12 +79,10 @@ def collision_of(scene: Scene) -> Collision:
     striker = scene.striker
     allowed = "needs a scene with a [striker]: it is the velocity of the impact"
     require(striker is not None, "striker", None, allowed)
-    granules = scene.granules
-    return Collision(
-        mass=float(granules.contact_mass[0]),
-        stiffness=float(granules.stiffness[0]),
-        velocity=float(scene.shock.start_velocity),
+    mass, stiffness = (
+        values[0] for values in (scene.granules.contact_mass, scene.granules.stiffness)
     )
+    return Collision(mass, stiffness, scene.shock.start_velocity)
 
 
 # ---- The restitution law
@@ -155,54 +150,24 @@ def of_natural(damping: NotNegative, exponent: float, pulls: bool) -> float:
     # Damping in natural units above which e is below 1e-16, and counts as 0 (measured)
     if damping > 1e10:
         return 0.0
-    if not pulls:
-        return _parted(damping, exponent)
-    if exponent == VISCOELASTIC and damping > _CREEP_DAMPING:
+    if pulls and exponent == VISCOELASTIC and damping > _CREEP_DAMPING:
         # All such contacts creep back along one path, d' = -d/c, and e scales as c^-5.
-        return _parted_at_rest(_CREEP_DAMPING, exponent) * (_CREEP_DAMPING / damping) ** 5
-    return _parted_at_rest(damping, exponent)
+        return _speed(_CREEP_DAMPING, exponent, pulls) * (_CREEP_DAMPING / damping) ** 5
+    return _speed(damping, exponent, pulls)
 
 
-def _parted(damping: float, exponent: float) -> float:
-    """Return the speed at which the force is 0, where (u^3 + c u^(2q) v) / u^(2q) is 0.
-
-    The quotient is odd in u: where c is small, a single step goes from above 0 to below 0, past all
-    small values.
-    """
-
-    def force(_: float, state: FloatArray) -> float:
-        u, v = state
-        return float(math.copysign(abs(u) ** (3 - 2 * exponent), u) + damping * v)
-
-    return _speed(damping, exponent, force)
-
-
-def _parted_at_rest(damping: float, exponent: float) -> float:
-    """Return the speed at which the overlap is 0, or 0 where the spheres never part.
-
-    They stay together only with a dashpot. In the variables of ``_speed`` let s = -v / (c u^2):
-    then s' = 2 c u (u / c^2 - s (1 - s)). While v < 0 and u < c^2 / 4, an s below 1/2 stays below:
-    the overlap creeps to 0 and never passes it.
-    """
-
-    def overlap(_: float, state: FloatArray) -> float:
-        return float(state[0])
-
-    def sticks(_: float, state: FloatArray) -> float:
-        u, v = state
-        return float(max(v, -v - damping * u * u / 2, u - damping * damping / 4))
-
-    return _speed(damping, exponent, overlap, *([sticks] if exponent == DASHPOT else []))
-
-
-Event = Callable[[float, FloatArray], float]
-
-
-def _speed(damping: float, exponent: float, end: Event, *others: Event) -> float:
-    """Return the speed -v where ``end`` falls to 0; 0.0 if one of ``others`` falls to 0 first.
+def _speed(damping: float, exponent: float, pulls: bool) -> float:
+    """Return the speed -v at the end of a contact; 0.0 if the spheres never part.
 
     With d = u^2 and dt = 2 u dtau the motion is u' = v, v' = -2 u^4 - 2 c u^(1 + 2q) v: a
     polynomial, also where the contact begins and ends.
+
+    A contact that may not pull ends where (u^3 + c u^(2q) v) / u^(2q) is 0. This quotient is odd in
+    u: where c is small, a single step goes from above 0 to below 0, past all small values.
+
+    A contact that pulls ends where u is 0; spheres with a dashpot may stay together. Let
+    s = -v / (c u^2): then s' = 2 c u (u / c^2 - s (1 - s)). While v < 0 and u < c^2 / 4, an s below
+    1/2 stays below: the overlap creeps to 0 and never passes it.
     """
     from scipy.integrate import solve_ivp
 
@@ -212,15 +177,91 @@ def _speed(damping: float, exponent: float, end: Event, *others: Event) -> float
         u, v = float(state[0]), float(state[1])
         return v, -2 * u**4 - 2 * damping * u**power * v
 
-    events = (end, *others)
-    for event in events:
+    def overlap(_: float, state: FloatArray) -> float:
+        return float(state[0])
+
+    def force(_: float, state: FloatArray) -> float:
+        u, v = state
+        return float(math.copysign(abs(u) ** (3 - 2 * exponent), u) + damping * v)
+
+    def sticks(_: float, state: FloatArray) -> float:
+        u, v = state
+        return float(max(v, -v - damping * u * u / 2, u - damping * damping / 4))
+
+    ends = [overlap if pulls else force, *([sticks] if pulls and exponent == DASHPOT else [])]
+    for event in ends:
         event.terminal, event.direction = True, -1.0  # type: ignore[attr-defined]
     # Relative error of a step of the integration; e is then right to 1e-10 (measured)
     solution = solve_ivp(
-        motion, (0.0, math.inf), (0.0, 1.0), "DOP853", events=events,
+        motion, (0.0, math.inf), (0.0, 1.0), "DOP853", events=ends,
         rtol=1e-13, atol=1e-16, first_step=1e-6 / (1 + damping),
     )  # fmt: skip
     assert solution.status == 1, solution.message
     assert solution.y_events is not None
-    ends = solution.y_events[0]
-    return float(-ends[0][1]) if len(ends) else 0.0
+    parted = solution.y_events[0]
+    return float(-parted[0][1]) if len(parted) else 0.0
+
+
+# ---- Two spheres of a scene
+
+
+@dataclass(frozen=True)
+class Parting:
+    """Two like spheres that meet head-on and part.
+
+    Parameters
+    ----------
+    restitution
+        Speed of parting over speed of closing.
+    speed
+        Speed of closing [m/s]; None where the restitution does not depend on it.
+    whose
+        Where the speed comes from; empty without one.
+    """
+
+    restitution: float
+    speed: float | None = None
+    whose: str = ""
+
+
+def parting(scene: Scene) -> Parting | None:
+    """Return the rebound of two spheres like granule 2; None in a scene without damping.
+
+    They close with the velocity of the striker, the largest speed of the piston or, where a force
+    pushes the chain, the largest velocity of a granule in a solitary wave of the largest applied
+    force.
+    """
+    law, granules, shock = scene.contact, scene.granules, scene.shock
+    if law is None:
+        return None
+    if law.restitution is not None:
+        return Parting(of_ratio(damping_ratio(law.restitution), law.attraction))
+    properties = (granules.radius, granules.young_modulus, granules.poisson_ratio, granules.density)
+    radius, modulus, poisson, density = (float(values[1]) for values in properties)
+    stiffness = float(hertz.stiffness_of_equals(radius, modulus, poisson))
+    mass = float(granule_mass(radius, density))
+    if shock.impact_velocity is not None:
+        speed = shock.impact_velocity
+        whose = "the striker's" if scene.striker is not None else "the piston's largest"
+    else:
+        length, time = length_and_time(stiffness, mass, scene.peak_force)
+        speed = float(_wave_velocity() * length / time)
+        whose = f"a granule's in a wave of {scene.peak_force:.3g} N"
+    spheres = Collision(mass / 2, stiffness, speed)
+    of_law = viscoelastic if law.damping == "viscoelastic" else dashpot
+    return Parting(of_law(law.parameter, spheres, law.attraction), speed, whose)
+
+
+@functools.cache
+def _wave_velocity() -> float:
+    """Return the largest velocity of a granule in a solitary wave of height 1, in natural units.
+
+    A granule is fastest when the wave is between its two contacts. Its velocity is then the
+    integral of the force from x = -1/2 to 1/2, divided by the wave speed c, because the
+    difference of the two contact forces accelerates it.
+    """
+    from scipy.integrate import simpson
+
+    wave = solitary_wave()
+    inside = np.abs(wave.x) <= 0.5
+    return float(simpson(wave.overlap[inside] ** 1.5, x=wave.x[inside]) / wave.speed)

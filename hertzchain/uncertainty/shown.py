@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from hertzchain.report.contents import of_traces
 from hertzchain.report.document import (
     Document,
     Failure,
@@ -16,7 +17,6 @@ from hertzchain.report.document import (
     in_prefixed,
     number,
 )
-from hertzchain.report.documents import of_traces
 
 if TYPE_CHECKING:
     from rich.console import Console

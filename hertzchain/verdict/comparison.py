@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from numpy.typing import ArrayLike
 
 from hertzchain.arrays import or_none
-from hertzchain.engines.external.step_error import usual_accuracy
+from hertzchain.engines.external.accuracy import usual_accuracy
 from hertzchain.engines.lammps.backend import Lammps
 from hertzchain.engines.native.backend import Native
 from hertzchain.engines.registry import ENGINES, Simulator, compared_by_default, label_of, others

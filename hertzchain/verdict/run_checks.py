@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.external.step_error import DAMPED_READINGS
+from hertzchain.engines.external.accuracy import DAMPED_READINGS
 from hertzchain.engines.native.damped_verlet import simulate_damped_verlet
 from hertzchain.engines.native.plan import METHODS
 from hertzchain.engines.native.simulation import Simulation, simulate

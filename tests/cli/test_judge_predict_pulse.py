@@ -130,7 +130,9 @@ def test_from_an_oscilloscope_to_peaks(hertzchain: Command, scope: Path, scene: 
     table = scene.with_suffix(".csv")
     done = hertzchain("pulse", scope, "-o", table, "--scale", 25)
     assert done.status == 0
-    assert done.err.endswith('under [shock] as profile = "table" and file = "scene.csv"\n')
+    said, written = done.err.splitlines()
+    assert said.endswith('under [shock] as profile = "table" and file = "scene.csv"')
+    assert written == f"Pulse table written to {table}"
     assert max(map(len, done.out.splitlines())) <= 120
     words = ("semicolons between columns, decimal commas", "in us (header)", "F0 ", " ± ")
     assert [word for word in words if word not in done.out] == []
@@ -145,7 +147,7 @@ def test_a_name_with_quotes_is_given_as_a_scene_takes_it(
     hertzchain: Command, scope: Path, tmp_path: Path
 ) -> None:
     done = hertzchain("pulse", scope, "-o", tmp_path / 'a"b.csv', "--scale", 25)
-    assert tomllib.loads(done.err.strip().rpartition(" and ")[2]) == {"file": 'a"b.csv'}
+    assert tomllib.loads(done.err.splitlines()[0].rpartition(" and ")[2]) == {"file": 'a"b.csv'}
 
 
 def test_json(hertzchain: Command, scope: Path, scene: Path) -> None:

@@ -29,7 +29,6 @@ run scene.toml --backend yade => yade is missing or not a program: install it wi
 run scene.toml --backend liggghts --method rk4 => has only velocity-verlet
 run scene.toml -o peaks.xls => peaks.xls; .csv; .parquet
 run scene.toml --record 20 => --record; -o, --plot, --report
-run scene.toml --uncertainty 16 => is a command of its own: hertzchain spread scene.toml -n 16
 spread scene.toml => nothing is uncertain: add [uncertainty] or [scatter]
 spread scene.toml -n 5 => realisations = 5: must be an integer from 16
 spread scene.toml -o a.xls => a.xls; .csv; .parquet
@@ -39,13 +38,11 @@ run scene.toml --plot run.gif => run.gif; .png
 run scene.toml --plot a.png -o a.png => a.png
 run scene.toml --size 3x2 => --size goes with --plot
 run scene.toml --plot a.png --size 1x9 => --size 1x9: must be width and height
-run scene.toml --isolate => --isolate is for --backend lammps: add that
 run scene.toml --lmp lmp => --lmp is for --backend lammps: add that, or leave --lmp out
 run scene.toml --ranks 2 => --ranks is for --backend lammps: add that, or leave --ranks
 run scene.toml --backend lammps --lmp /no/lmp => /no/lmp is missing or not a program
 compare scene.toml --ranks 2 => --ranks needs a LAMMPS binary, as the lammps module runs
 compare scene.toml --ranks 0 => --ranks = 0: must be at least 1
-compare scene.toml --lmp lmp --isolate => --isolate is for the lammps module
 compare scene.toml --time-limit nan => --time-limit = 'nan': must be a finite number above
 compare scene.toml --plot plot.xyz => plot.xyz; png; svg
 compare scene.toml --backend native --junit scene.toml => name
@@ -71,7 +68,6 @@ deck scene.toml -o in.chain --rtol 1e-15 => rtol = 1e-15; from 1e-09 to 1
 deck scene.toml -o in.chain --dt '1 m' => --dt; 1 m
 deck scene.toml -o in.chain --dt '1 ms' => is unstable; choose a smaller dt
 deck scene.toml -o in.chain --watch-every -1 => watch_every = -1
-deck scene.toml -o in.chain --dump-every -1 => dump_every = -1
 unit-test scene.toml -o scene.toml => name
 sweep scene.toml -o out --vary shock.colour=1,2 => cannot vary; what can vary
 sweep scene.toml -o out --vary shock.momentum_ratio= => must be NAME=VALUE, such as

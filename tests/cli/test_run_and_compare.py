@@ -92,12 +92,7 @@ SHORT_RUNS = [
 
 
 @pytest.mark.parametrize(
-    "command",
-    [
-        ["run"],
-        pytest.param(["compare"], marks=pytest.mark.lammps),
-    ],
-    ids=" ".join,
+    "command", [["run"], pytest.param(["compare"], marks=pytest.mark.lammps)], ids=" ".join
 )
 @pytest.mark.parametrize("changes", SHORT_RUNS, ids=lambda changes: changes["run.end_time"])
 def test_a_short_run_is_no_crash(hertzchain: Command, command: list[str], changes: Changes) -> None:

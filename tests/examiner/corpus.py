@@ -14,7 +14,6 @@ from pathlib import Path
 from typing import Any
 
 import hertzchain as hc
-from hertzchain.engines.lammps.engine import engine
 from tests.places import ROOT
 
 FOLDER = ROOT / "tests" / "decks" / "user"
@@ -43,7 +42,6 @@ DECKS: dict[str, list[str]] = {
     **_table("right.toml"),
 }
 """Right decks by name: the file, old text, new text, and so on."""
-del DECKS["make_restart"]
 
 VARIABLES = {"steel_variables": {"n": "20", "F0": "100", "dt": "2e-7"}}
 """What decks need as ``-var`` of LAMMPS, by file."""
@@ -82,8 +80,6 @@ def copied(folder: Path, deck: str, changes: Sequence[str] = ()) -> Path:
     text = (FOLDER / path.name).read_text(encoding="utf-8")
     read = re.findall(r"\S+\.(?:data|inc|txt)\b", text)
     files = [path.name, *(name for name in read if (FOLDER / name).exists())]
-    if "chain.restart" in text:
-        files += ["in.make_restart", "chain.data", "material.inc"]
     for name in files:
         shutil.copy(FOLDER / name, folder)
     for old, new in zip(changes[::2], changes[1::2], strict=True):
@@ -91,10 +87,4 @@ def copied(folder: Path, deck: str, changes: Sequence[str] = ()) -> Path:
         name = next((name for name, text in texts.items() if old in text), None)
         assert name is not None, old
         (folder / name).write_bytes(texts[name].replace(old, new).encode())
-    if "chain.restart" in text:
-        with engine() as lammps:
-            commands = (folder / "in.make_restart").read_text(encoding="utf-8")
-            for name in ("chain.data", "material.inc", "chain.restart"):
-                commands = commands.replace(name, str(folder / name))
-            lammps.commands_string(commands)
     return path

@@ -14,7 +14,7 @@ from tests.examiner.corpus import DECKS, VARIABLES, copied, scene_of
 
 pytestmark = pytest.mark.lammps
 
-QUICK = {"steel_cgs", "struck", "a diagonal", "a piston by setforce"}
+QUICK = {"steel_cgs", "struck", "a piston by setforce"}
 """Those that the default suite examines: about a second each."""
 
 

@@ -312,9 +312,8 @@ IN_UNITS: list[tuple[str, str, list[tuple[str, str]]]] = [
 def pairs_of(case: Case, name: str) -> list[tuple[float, float]]:
     """Pairs of the wrong and right number that may stand in a line, where a probe differs most."""
     numbers = next(probe for probe in probes_of(case) if probe.name == name).compare(case)
-    assert numbers is not None
-    off = np.atleast_1d(np.abs(np.subtract(numbers.measured, numbers.expected)) / numbers.scale)
-    return list(numbers.stands(int(np.argmax(off))))
+    (number,) = (number for number in numbers if number.differs)
+    return list(number.stands)
 
 
 @pytest.mark.parametrize(("name", "number", "units"), IN_UNITS)

@@ -97,7 +97,6 @@ TABLE: list[tuple[Commands, Callable[[], Case], list[str] | None]] = [
      ["group others subtract all first", "fix motion others nve"]),
     (correct.motion_commands, later("fixed"),
      ["group fixed id 9", "group others subtract all fixed", "fix motion others nve"]),
-    (correct.freeze_commands, later("fixed"), []),  # only damping takes note of it
     (correct.piston_commands, later("wall"), []),
     (correct.piston_commands, later("piston", "cgs"),
      ["fix piston first move linear 20 0.0 0.0 units box"]),

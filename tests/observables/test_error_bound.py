@@ -17,7 +17,7 @@ from scipy.optimize import minimize_scalar
 
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.external.step_error import (
+from hertzchain.engines.external.accuracy import (
     extrapolation_safety,
     interpolation_error,
     least_gain,

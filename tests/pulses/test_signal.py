@@ -218,7 +218,7 @@ def test_a_hundredth_of_the_impulse_after_the_pulse_is_said(
     left: float, deviation: float, is_said: bool
 ) -> None:
     """Unless five deviations of the mean force [N] explain it."""
-    said = left_out(left, 100.0, 1.0, deviation)
+    said = left_out(np.array([2.0, 3.0]), left, 100.0, Noise(0.0, 0.0), deviation)
     assert (said is not None) == is_said
     assert not is_said or "1.1% of the impulse is left out, as after the pulse" in str(said)
 

@@ -16,7 +16,7 @@ from matplotlib.image import imread
 
 import hertzchain as hc
 from hertzchain import progress
-from hertzchain.report.documents import of_examination
+from hertzchain.report.contents import of_examination
 from hertzchain.verdict.check import Check, Kind
 from tests.command_line import Command
 from tests.conftest import paper_scene

@@ -14,15 +14,10 @@ from matplotlib.collections import QuadMesh
 from matplotlib.figure import Figure
 
 import hertzchain as hc
+from hertzchain.report.contents import of_result
 from hertzchain.report.document import describe
-from hertzchain.report.documents import of_result
 from hertzchain.report.figures import figure_of
-from hertzchain.report.files import (
-    drawn_contacts,
-    motion_frame,
-    plot_times,
-    write_frame,
-)
+from hertzchain.report.files import drawn_contacts, motion_frame, plot_times, write_frame
 from hertzchain.report.style import force_limits
 from tests.conftest import paper_scene
 from tests.places import ROOT
@@ -253,9 +248,7 @@ def test_forces_stand_one_above_the_other_or_in_one_panel(runs: list[hc.Result])
     assert begin < runs[0].peak_time[1] < runs[0].peak_time[6] < end < runs[0].history.time[-1]
 
 
-def test_gauges_are_what_traces_have_and_bands_need_a_pulse(
-    runs: list[hc.Result],
-) -> None:
+def test_gauges_are_what_traces_have_and_bands_need_a_pulse(runs: list[hc.Result]) -> None:
     (axes,) = axes_of({"a": runs[0]}, "gauges")
     traces = runs[0].to_traces()
     np.testing.assert_array_equal(axes.lines[0].get_ydata(), traces[traces.columns[1]])

@@ -14,8 +14,9 @@ import pytest
 from markupsafe import escape
 
 import hertzchain as hc
+from hertzchain.report.console import printed
+from hertzchain.report.contents import document_of
 from hertzchain.report.document import Document, to_xml
-from hertzchain.report.documents import document_of, printed
 from hertzchain.report.page import page_of
 from hertzchain.verdict.check import NOT_RUN, Check, Kind, unmeasured
 from tests.conftest import paper_scene

@@ -14,7 +14,7 @@ import pytest
 from matplotlib.axes import Axes
 
 import hertzchain as hc
-from hertzchain.report.documents import of_comparison
+from hertzchain.report.contents import of_comparison
 from hertzchain.report.figures import figure_of
 from hertzchain.report.files import drawn_contacts, plot_times
 from hertzchain.report.page import page_of

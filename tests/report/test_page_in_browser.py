@@ -11,7 +11,7 @@ import pytest
 from playwright.sync_api import Browser, Page, sync_playwright
 
 import hertzchain as hc
-from hertzchain.report.documents import of_comparison
+from hertzchain.report.contents import of_comparison
 from hertzchain.report.page import write_page
 from tests.conftest import chromium
 from tests.report.test_page import HOSTILE

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 
 import hertzchain as hc
 from hertzchain.errors import OutputError, SceneError
-from hertzchain.scene.scene import to_scene, unusual_values
+from hertzchain.scene.scene import unusual_values
 from hertzchain.scene.starters import STARTERS, write_starter
 from tests.conftest import STEEL, paper_scene
 from tests.scene.test_refused import text_of
@@ -71,14 +71,6 @@ def test_a_batch_is_of_a_list(given: Any) -> None:
         hc.peak_forces(given)
 
 
-def test_a_scene_a_path_or_neither(path: Path) -> None:
-    assert to_scene(SHORT) is SHORT
-    assert to_scene(path) == SHORT
-    for wrong in (None, SHORT.chain):
-        with pytest.raises(SceneError, match=r"^scene.*: must be a Scene, text or a path$"):
-            hc.Native().run(wrong)  # type: ignore[arg-type]
-
-
 # To start from
 
 
@@ -119,30 +111,7 @@ def test_a_starter_runs_and_is_what_its_name_says(kind: str, tmp_path: Path) -> 
     assert result.warnings == ()
 
 
-# Terms
-
-
-NAMED = """
-striker => striker
-pulse wall.kind="same" => wall
-pulse precompression.force="20 N" => precompression
-pulse wall.kind="same"; precompression.gravity=9.81 => wall, gravity
-pulse chain.segments=[{granules=60, radius_ratio=0.99}] => unlike granules
-pulse chain.segments=[{granules=60, gap="1 um"}] => gaps
-pulse contact={damping="restitution", restitution=0.9} => damping
-pulse wall.kind="same"; contact={damping="viscoelastic", relaxation_time="1 us"} => wall, damping
-piston shock.velocity="20 cm/s" => piston
-sine => precompression
-"""
-"""Scenes of ``test_refused``, and their terms."""
-
-
-@pytest.mark.parametrize("case", NAMED.strip().splitlines())
-def test_terms_are_named(tmp_path: Path, case: str) -> None:
-    text, _, terms = case.partition(" => ")
-    scene = scene_of(tmp_path, text_of(text))
-    assert ", ".join(scene.terms) == terms
-    assert not scene.is_plain
+# Segments, sequences and loads
 
 
 def test_segments_cells_and_tapers(tmp_path: Path) -> None:
@@ -190,11 +159,6 @@ def test_a_free_striker_touches_a_chain_that_is_pressed_without_it(wall: hc.Wall
     assert granules.constant_force.tolist() == [granules.mass[0] * gravity, *others.constant_force]
     assert granules.position[1] == 2 * chain.radius
     assert granules.position[1:] - granules.position[1] == pytest.approx(others.position)
-
-
-def test_a_loaded_striker_needs_a_load(tmp_path: Path) -> None:
-    text = text_of("striker striker.loaded=true; precompression.force=20")
-    assert scene_of(tmp_path, text).granules.static_force == pytest.approx(20.0)
 
 
 # Written and read

@@ -239,21 +239,6 @@ def test_strokes_follow_the_table() -> None:
     assert hc.Piston(None, (0.0, 1.0), (0.0, 1.0)).strokes[0] == Stroke(0.0, 0.0, 1.0)
 
 
-def test_steps_end_where_the_velocity_changes() -> None:
-    chain = hc.Chain(10, **STEEL)
-    scene = hc.Scene(chain, hc.Piston(None, (1e-5, 3e-5, 4e-5), (0, 4e-6, 1e-6)), hc.Run(3.5e-5))
-    legs = scene.schedule(3e-6)
-    assert [(leg.start, leg.end, leg.steps) for leg in legs] == [
-        (0.0, 1e-5, 4), (1e-5, 3e-5, 7), (3e-5, 3.5e-5, 2)
-    ]  # fmt: skip
-    velocities = [leg.stroke.velocity for leg in legs if leg.stroke is not None]
-    assert velocities == pytest.approx([0.0, 0.2, -0.3], rel=1e-12)
-    assert all(leg.ramp is None for leg in legs)
-    scaled = legs[1].in_units(2.0, 1.0, 3.0).stroke
-    assert (scaled.start, scaled.displacement) == (0.5e-5, 0.0)
-    assert scaled.velocity == pytest.approx(0.2 / 3 * 2, rel=1e-12)
-
-
 def test_the_mass_of_a_piston_is_infinite() -> None:
     chain, load = hc.Chain(6, **STEEL), hc.Precompression(2.0, 9.81)
     scene = hc.Scene(chain, hc.Piston(0.1), wall=hc.Wall("same"), precompression=load)

@@ -91,9 +91,9 @@ table shock.file=3 => shock.file = 3: must be the name of a CSV file
 table shock.file="no.csv" => no.csv
 table shock.file="." => shock.file
 table shock.file="a\\u0000b" => shock.file
-table shock.peak_force=1 => shock.peak_force = 1: not allowed where a file is the shock
+table shock.peak_force=1 => shock.peak_force = 1: not allowed with file, allowed are granule, profile, file
 piston => velocity or file: missing, give exactly one of them
-piston shock.velocity=1; shock.file="motion.csv" => shock.velocity = 1: not allowed where a file is the shock, which takes profile, file
+piston shock.velocity=1; shock.file="motion.csv" => shock.velocity = 1: not allowed with file, allowed are profile, file
 piston shock.velocity=1; shock.peak_force=1 => shock.peak_force = 1: unknown key
 piston shock.file="none.csv" => shock.file = 'none.csv': cannot be read
 pulse shock.granule=0 => shock.granule = 0: must be an integer of at least 1
@@ -118,7 +118,7 @@ pulse precompression.force=20; chain.gap=1e-6 => chain.gap: must be 0 with [prec
 pulse precompression.force=20; wall={kind="same", gap=1e-6} => wall.gap = 1e-06: must be 0 with [precompression]
 pulse wall={} => wall.kind: missing, must be one of rigid, same, elastic
 pulse wall={kind="rigid", young_modulus=1e9} => wall.young_modulus = 1000000000.0: only a wall of kind "elastic" has it
-pulse chain.segments=[{granules=60, cell=[{}, {yield_strength=2e7}]}] => needs chain.yield_strength
+pulse chain.segments=[{granules=60, cell=[{}, {yield_strength=2e7}]}] => is allowed only with chain.yield_strength
 pulse wall={kind="rigid", yield_strength=3e8} => only a wall of kind
 pulse gauge={granule=3} => must be [[gauge]], with two brackets
 pulse gauge=[{}] => gauge.granule or contact: missing
@@ -133,15 +133,15 @@ pulse contact.damping="restitution" => contact.restitution: missing
 pulse contact={damping="restitution", restitution=0.5, attracton=true} => did you mean attraction?
 pulse contact={damping="dashpot", coefficient=1, restitution=0.5} => contact.restitution = 0.5: not allowed with damping = "dashpot", which takes coefficient
 pulse -chain.density => chain.density: missing, or give mass
-pulse chain.segments=[{granules=60, mass=4e-3}] => chain.segments.1.mass = 0.004: not allowed where [chain] has density
-measured chain.segments=[{granules=60, young_modulus=1e9}] => not allowed where [chain] has stiffness
-measured chain.segments=[{granules=60, length=1e-2}] => needs chain.length, too
+pulse chain.segments=[{granules=60, mass=4e-3}] => chain.segments.1.mass = 0.004: is allowed only with chain.mass
+measured chain.segments=[{granules=60, young_modulus=1e9}] => is allowed only with chain.young_modulus
+measured chain.segments=[{granules=60, length=1e-2}] => is allowed only with chain.length
 measured -chain.radius => chain.radius: missing
 trapezoid shock.rise_time=3 => shock.rise_time = 3: must be below duration = 3 s
 trapezoid shock.fall_time=1e-20 => shock.fall_time = 1e-20: must be above 3e-12 s, the rounding of times
 trapezoid shock.fall_time=2.5 => shock.fall_time = 2.5: must be at most duration - rise_time = 2 s
 file chain.granules=3 => chain.granules = 3: must be 2, the rows of chain.file
-file chain.radius=1e-3 => chain.radius = 0.001: not allowed with chain.file
+file chain.radius=1e-3 => chain.radius = 0.001: not allowed with file, allowed are file, granules
 file chain.file="no.csv" => must be a CSV file
 """  # noqa: E501 - a line is a case
 """A scene, keys that are set or left out, and what the sentence has."""
@@ -198,18 +198,15 @@ def test_no_other_key_is_suggested_for_friction(tmp_path: Path) -> None:
 
 
 NOT_TOML = [b"[chain", b"chain = ", b"\xff\xfe", b"\x00", b"\x89PNG\r\n", b"{}", b"a: 1"]
-TWICE = [b"a = 1\na = 2\n", b"[chain]\na = 1\na = 2", b"[chain]\n[shock]\n[chain]"]
-TWICE += [b"a = {b = 1, b = 2}"]
+NOT_TOML += [b"a = 1\na = 2\n", b"[chain]\n[shock]\n[chain]", b"a = {b = 1, b = 2}"]
 
 
-@pytest.mark.parametrize("content", [*NOT_TOML, *TWICE], ids=repr)
+@pytest.mark.parametrize("content", NOT_TOML, ids=repr)
 def test_what_is_not_toml_is_refused(tmp_path: Path, content: bytes) -> None:
     path = tmp_path / "scene.toml"
     path.write_bytes(content)
-    with pytest.raises(SceneError, match=r"scene\.toml: is not TOML") as refused:
+    with pytest.raises(SceneError, match=r"scene\.toml: is not TOML"):
         hc.Scene.from_toml(path)
-    twice = "a key or a section is given twice: delete one of them"
-    assert (twice in str(refused.value)) == (content in TWICE)
 
 
 @pytest.mark.parametrize("name", [".", "missing.toml", "x" * 5000, "with\0nul.toml"])
@@ -230,8 +227,12 @@ TABLES: list[tuple[str, str, str]] = [
     ("table", PUSH, "at least 2 rows"),
     ("table", PUSH + "1,one\n", "row 2 = '1,one': must be 2 numbers"),
     ("table", PUSH + "1\n", "row 2 = '1': must be 2 numbers"),
-    ("table", PUSH.replace("0", "-1e-9") + "1,1\n", "time_s in row 1 = -1e-09: must be at least 0"),
-    ("table", PUSH + "0,2\n", "time_s in row 2 = 0.0: must be above 0.0"),
+    (
+        "table",
+        PUSH.replace("0", "-1e-9") + "1,1\n",
+        "time_s in row 1 = -1e-09: must be a finite number of at",
+    ),
+    ("table", PUSH + "0,2\n", "time_s in row 2 = 0.0: must be a finite number above 0.0"),
     ("table", PUSH + "inf,1\n", "time_s in row 2 = inf: must be"),
     ("table", PUSH + "1,-1e-9\n", "force_N in row 2 = -1e-09: must be"),
     ("table", PUSH + "1,1e999\n", "force_N in row 2 = inf: must be"),

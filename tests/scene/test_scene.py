@@ -3,11 +3,8 @@
 from __future__ import annotations
 
 import math
-import re
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -19,7 +16,6 @@ import hertzchain as hc
 from hertzchain.errors import SceneError
 from hertzchain.scene.chain import PAPER_MOMENTUM
 from tests.conftest import STEEL, paper_scene
-from tests.effort import effort
 
 CHAIN = hc.Chain(60, **STEEL)
 
@@ -76,31 +72,6 @@ def test_a_table_is_read_relative_to_the_scene(
 PULSE = hc.Pulse("cosine", 100.0, 2.0, momentum_ratio=1.0)
 
 
-@pytest.mark.parametrize(
-    ("parts", "said"),
-    [
-        ((None, PULSE), "chain: must be a Chain"),
-        ((CHAIN, "cosine"), "shock = .cosine.: must be a .*a Pulse, a PulseTable, .*a Striker"),
-        ((CHAIN, PULSE, 1e-3), r"run = 0\.001: must be a Run"),
-        ((CHAIN, PULSE, hc.Run(), "same"), "wall = .same.: must be a Wall$"),
-        ((CHAIN, PULSE, hc.Run(), None, 3), "precompression = 3: must be a Precompression$"),
-    ],
-    ids=["chain", "shock", "run", "wall", "load"],
-)
-def test_parts_of_another_type_are_refused(parts: tuple[Any, ...], said: str) -> None:
-    with pytest.raises(SceneError, match=said):
-        hc.Scene(*parts)
-
-
-def test_a_table_of_many_rows_is_summed_in_one_pass() -> None:
-    """20,000 rows took minutes: the end of the run was asked for at each."""
-    time = tuple(1e-9 * k for k in range(20_000))
-    scene = hc.Scene(CHAIN, hc.PulseTable(time, tuple(1.0 + k % 7 for k in range(20_000))))
-    impulses: list[float] = []
-    assert effort(lambda: impulses.append(scene.applied_impulse)) < 100  # 2 measured
-    assert impulses == [pytest.approx(scene.impulse, rel=1e-14, abs=0)]
-
-
 @pytest.mark.parametrize("profile", ["cosine", "triangular", "cosine-triangular"])
 @pytest.mark.parametrize("n", [1.5, 2.0, 8.0])
 def test_impulse_is_momentum_ratio_times_that_of_a_solitary_wave(profile: str, n: float) -> None:
@@ -120,17 +91,6 @@ def test_momentum_ratio_and_rise_time_mean_each_other(momentum_ratio: float, n: 
     assert scene.momentum_ratio == momentum_ratio
     timed = replace(scene, shock=hc.Pulse("cosine", 100.0, n, rise_time=scene.rise_time))
     assert timed.momentum_ratio == pytest.approx(momentum_ratio, rel=1e-15)  # there and back
-
-
-def test_a_table_of_a_triangle_vs_the_triangular_pulse() -> None:
-    pulse = paper_scene("triangular", 1.3, 3.0)
-    t0 = pulse.rise_time
-    assert t0 is not None
-    table = replace(pulse, shock=hc.PulseTable((0.0, t0, 3 * t0), (0.0, 100.0, 0.0)))
-    assert table.rise_time is None
-    assert table.impulse == pytest.approx(pulse.impulse, rel=1e-15)  # roundings
-    assert table.momentum_ratio == pytest.approx(1.3, rel=1e-15)
-    assert table.end_time == pytest.approx(pulse.end_time, rel=1e-15)
 
 
 def test_nothing_pushes_before_and_after_a_table() -> None:
@@ -168,18 +128,8 @@ def test_default_end_time_vs_its_formula(momentum_ratio: float) -> None:
 
 
 def test_what_only_python_can_give_wrong(tmp_path: Path) -> None:
-    scene: Any = paper_scene("cosine", 1.0, 2.0)
-    table = replace(scene, shock=hc.PulseTable((0.0, 1e-5), (0.0, 1.0)))
-    name: Any = 3
-    refused: dict[str, Callable[[], object]] = {
-        "gauges = 3: must be a list, each entry a Gauge": lambda: replace(scene, gauges=name),
-        "must be a list, each entry an Uncertain": lambda: replace(scene, uncertain=[1]),
-        "key = 3: must be text": lambda: hc.Uncertain(name, 1.0),
-        "number of values of radius = 2: must be a number, or 3 numbers": lambda: replace(
-            CHAIN, granules=3, radius=[1.0, 2.0]
-        ),
-        "must not end in .csv": lambda: table.to_toml(tmp_path / "a.csv"),
-    }
-    for words, wrong in refused.items():
-        with pytest.raises(SceneError, match=re.escape(words)):
-            wrong()
+    with pytest.raises(SceneError, match="number of values of radius = 2: must be a number, or 3"):
+        replace(CHAIN, granules=3, radius=[1.0, 2.0])
+    table = hc.Scene(CHAIN, hc.PulseTable((0.0, 1e-5), (0.0, 1.0)))
+    with pytest.raises(SceneError, match=r"must not end in .csv"):
+        table.to_toml(tmp_path / "a.csv")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import pytest
@@ -24,31 +23,10 @@ from hertzchain.scene.scene import (
     refuse_deep_overlap,
     refuse_hopeless_overlap,
 )
-from tests.conftest import STEEL, paper_scene
+from tests.conftest import paper_scene
 
 ROUND_OFF = 1e-14
 """A few dozen roundings of 1e-16."""
-
-
-def chain_with(**changes: Any) -> hc.Chain:
-    """The paper's chain of 60 with something else about it."""
-    return hc.Chain(**{"granules": 60, **STEEL, **changes})
-
-
-def test_mass_is_volume_times_density() -> None:
-    volume = math.pi * 9.5e-3**3 / 6  # of a sphere, from its diameter
-    assert chain_with().granule_mass == pytest.approx(volume * 7958.0, rel=1e-15)  # a few roundings
-
-
-@given(poisson_ratio=st.floats(-0.9, 0.5), radius=st.floats(1e-6, 1e3))
-def test_contact_stiffness_vs_the_hertz_law_of_two_unlike_spheres(
-    poisson_ratio: float, radius: float
-) -> None:
-    """F = 4/3 E* sqrt(R*) overlap^(3/2) with 1/E* = 2 (1 - nu^2) / E and 1/R* = 2 / R."""
-    chain = chain_with(poisson_ratio=poisson_ratio, radius=radius)
-    modulus = 1 / (2 * (1 - poisson_ratio**2) / 193e9)
-    expected = 4 / 3 * modulus * math.sqrt(1 / (1 / radius + 1 / radius))
-    assert chain.contact_stiffness == pytest.approx(expected, rel=1e-15)  # a few roundings
 
 
 factor = st.floats(1e-6, 1e6)
@@ -141,14 +119,14 @@ def test_a_batch_says_which_scene() -> None:
         hc.peak_forces([scene_of_depth(0.1), scene_of_depth(2.0)])
 
 
-@pytest.mark.parametrize("momentum_ratio", [1e-4, 1e-2, 0.3, 1.0, 1.971, 3.0, 100.0])
-@pytest.mark.parametrize("granules", [2, 3, 40])
+@pytest.mark.parametrize("momentum_ratio", [1e-4, 0.3, 1.971, 100.0])
+@pytest.mark.parametrize("granules", [2, 40])
 def test_nothing_is_refused_before_a_run_that_the_run_would_answer(
     momentum_ratio: float, granules: int
 ) -> None:
     """The force that is taken for sure is below the largest peak of every scene."""
     for profile in ("cosine", "triangular", "cosine-triangular"):
-        for n in (1.001, 2.0, 100.0):
+        for n in (1.001, 2.0):
             scene = paper_scene(profile, momentum_ratio, n, granules=granules)
             peak = float(np.max(hc.Native(peaks_only=True).run(scene).peak_force))
             softer = overlap_ratio(scene.chain, peak) ** 1.5 / 0.99  # its overlap is 0.993 R

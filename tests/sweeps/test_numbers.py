@@ -219,8 +219,8 @@ def test_scenes_that_take_long_are_measured_one_by_one(
     longest = max(s.end_time / s.units.time * s.chain.granules for s in all_scenes(layout))
     monkeypatch.setattr(loop, "_SINGLE_SCENE_WORK", room * longest)
     given = layout.parameters(np.arange(2))
-    tables = loop._batches(given, loop.natural(given), hc.Native(), 1)
-    assert [row for table in tables for row in table.index] == ([0] if room < 1 else [0, 1])
+    rows = loop._batched(given, loop.natural(given), hc.Native(), 1)
+    assert [*rows] == ([0] if room < 1 else [0, 1])
 
 
 @pytest.mark.parametrize(
@@ -240,12 +240,12 @@ def test_rows_of_a_batch(
     unsure = replace(batch, error_estimate=np.array([error]))
     monkeypatch.setattr("hertzchain.engines.native.batch.plain_peaks", lambda *_: unsure)
     given = design(SHORT, {"peak_force": [force]}).parameters(np.arange(1))
-    (table,) = loop._batches(given, loop.natural(given), hc.Native(), 1)
-    assert len(table) == (0 if is_lost else 1)
-    if not is_lost:
-        assert table["transition_granules"].tolist() == [5 if seen > 5 else 0]
-        waves = table[["solitary_wave_force_N", "far_field_force_N", "speed_m_s"]]
-        assert waves.isna().any(axis=None) == (seen == 5)
+    rows = loop._batched(given, loop.natural(given), hc.Native(), 1)
+    assert [*rows] == ([] if is_lost else [0])
+    for row in rows.values():
+        assert row["transition_granules"] == (5 if seen > 5 else 0)
+        waves = [row[name] for name in ("solitary_wave_force_N", "far_field_force_N", "speed_m_s")]
+        assert np.isnan(waves).any() == (seen == 5)
 
 
 def test_a_scene_that_fails_is_a_row_with_the_reason_a_single_run_has() -> None:

@@ -240,7 +240,7 @@ def test_runs_that_end_before_all_peaks_are_told(
 def test_columns_of_plain_scenes_and_labels_of_segments() -> None:
     layout = design(PLAIN, {"chain.radius": [1.0, 2.0]})
     assert tuple(column.name for column in layout.columns) == COLUMNS
-    columns = columns_of(layout.to_dict()["scene"], ["chain.radius"])
+    columns = columns_of(PLAIN, ["chain.radius"])
     assert tuple(column.name for column in columns) == COLUMNS
     assert column_named("chain.segments.2.granules").label == "granules, segment 2"
     density = column_named("chain.segments.1.cell.2.density")

@@ -244,6 +244,6 @@ def test_a_scene_without_memory_is_a_row_with_the_reason(monkeypatch: pytest.Mon
     def run(*_: object) -> hc.Result:
         raise MemoryError
 
-    monkeypatch.setattr(hc.Native, "prepared_run", run)
+    monkeypatch.setattr(hc.Native, "run", run)
     rows = hc.sweep(STRIKER, {"striker.velocity": "0.5,1"}).to_frame()
     assert rows["failure"].tolist() == ["there is not enough memory for this scene"] * 2

@@ -103,18 +103,6 @@ def test_2000_points_vs_simulations() -> None:
 
 
 @pytest.mark.parametrize("profile", PROFILES)
-@pytest.mark.parametrize("ratio", [0.1, 10.0])
-@pytest.mark.parametrize("n", [2.0, 50.0])
-def test_the_corners_vs_simulations(profile: str, ratio: float, n: float) -> None:
-    mapped = peak_map.peaks(profile, ratio, n)
-    result = hc.Native(rtol=1e-6, peaks_only=True).run(paper_scene(profile, ratio, n, FAR))
-    # No interpolation: 2e-6 of the file, 1e-6 of either simulation.
-    assert mapped.peak_force == pytest.approx(result.peak_force[:79] / 100.0, rel=4e-6, abs=0)
-    far = result.peak_force[-3] / 100.0
-    assert mapped.far_field_force == pytest.approx(far, rel=peak_map.FAR_FIELD_ERROR, abs=0)
-
-
-@pytest.mark.parametrize("profile", PROFILES)
 def test_the_file_is_what_the_script_makes(profile: str) -> None:
     ratios, durations = peak_map.grid()
     table = peak_map.table(profile)

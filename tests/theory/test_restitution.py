@@ -13,8 +13,13 @@ from hertzchain.arrays import FloatArray
 from hertzchain.errors import SceneError
 from hertzchain.report.files import run_document
 from hertzchain.theory import restitution
-from hertzchain.theory.restitution import Collision, collision_of, of_natural, of_ratio
-from hertzchain.theory.two_spheres import parting
+from hertzchain.theory.restitution import (
+    Collision,
+    collision_of,
+    of_natural,
+    of_ratio,
+    parting,
+)
 from tests.conftest import STEEL
 
 ROOT_5 = math.sqrt(5)

@@ -15,11 +15,7 @@ from hertzchain import theory
 from hertzchain.arrays import FloatArray, apart
 from hertzchain.errors import BackendMissing, SceneError, TooExpensive
 from hertzchain.verdict.check import Check
-from hertzchain.verdict.run_checks import (
-    is_quickly_written,
-    reference_checks,
-    yardstick_check,
-)
+from hertzchain.verdict.run_checks import is_quickly_written, reference_checks, yardstick_check
 from tests.conftest import STEEL, paper_scene
 
 SCENE = paper_scene("cosine-triangular", 2.0, 2.0, granules=16)
@@ -110,8 +106,7 @@ def test_native_alone_has_no_checks_of_lammps(native_only: hc.Comparison) -> Non
 
 
 @pytest.mark.parametrize(
-    ("profile", "momentum_ratio", "n"),
-    [("cosine", 0.002, 3.0), ("triangular", 0.4, 1.05)],
+    ("profile", "momentum_ratio", "n"), [("cosine", 0.002, 3.0), ("triangular", 0.4, 1.05)]
 )
 def test_momentum_and_energy_balance_whatever_the_pulse(
     profile: str, momentum_ratio: float, n: float

@@ -16,10 +16,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.external import step_error
+from hertzchain.engines.external import accuracy
+from hertzchain.engines.external.accuracy import predicted_loss, softening
 from hertzchain.engines.external.observation import Granules, Observation, Simulation, refuse_large
 from hertzchain.engines.external.program import find_program, run_program, work_folder
-from hertzchain.engines.external.rescaling import predicted_loss, softening
 from hertzchain.errors import POSITIVE, Unpredictable, is_finite, is_positive, require
 from hertzchain.limits import RTOL, TIGHTEST, TIME_LIMIT, Deadline, check_time_limit
 from hertzchain.observables import error_bound
@@ -115,13 +115,10 @@ class ExternalEngine(ABC):
         RunFailed
             If the code stops with an error or crashes, or cannot simulate this scene.
         """
-        return self._run(to_scene(scene), record)
-
-    def _run(self, scene: Scene, record: ArrayLike | None) -> Result:
         from hertzchain.engines.native.duration import with_end
 
         begin = time.perf_counter()
-        scene = with_end(scene, record, self.time_limit)
+        scene = with_end(to_scene(scene), record, self.time_limit)
         times = None if record is None else wanted_times(record, scene.end_time)
         runner = self.runner(scene, Deadline(self.time_limit))
         refuse_hopeless_overlap(scene)
@@ -206,7 +203,7 @@ class _Runner:
         engine = self.engine
         # Relative error of the peaks below which first-order steps are too slow
         needed = self.order == 1 and engine.dt is None and engine.rtol < 1e-4
-        return engine.extrapolated or (needed and not step_error.touches_at_a_speed(self.scene))
+        return engine.extrapolated or (needed and not accuracy.touches_at_a_speed(self.scene))
 
     @property
     def _halvings(self) -> int:
@@ -268,7 +265,7 @@ class _Runner:
             strides = [self.stride(leg, recording=False) for leg in legs]
             run = self.simulate(legs, strides)
             lost = run.round_off(self.scene)
-            rest = step_error.interpolation_error(self.scene, legs, strides)
+            rest = accuracy.interpolation_error(self.scene, legs, strides)
             rest += run.peaks.reading_error + lost
             errors = self._errors_of_plain(legs, run, rest)
             if self._is_enough(errors, rest + lost):
@@ -283,7 +280,7 @@ class _Runner:
     def extrapolated_from(self, coarse: Simulation, fine: Simulation) -> Peaks:
         """Return peaks extrapolated from two runs."""
         longest = max(leg.dt for leg in coarse.legs)
-        return step_error.extrapolate(coarse.seen, fine.seen, self.order, longest)
+        return accuracy.extrapolate(coarse.seen, fine.seen, self.order, longest)
 
     def _extrapolated(self) -> _Answer:
         """Extrapolate from two runs, read at the same times; a third run gives the error.
@@ -307,7 +304,7 @@ class _Runner:
             after, last = limits[-1], runs[-1]
             grows, lost = 2**self.order, runs[-2].round_off(self.scene)
             lost = (grows * last.round_off(self.scene) + lost) / (grows - 1)
-            rest = lost + step_error.interpolation_error(self.scene, finer, apart)
+            rest = lost + accuracy.interpolation_error(self.scene, finer, apart)
             rest += (grows * last.peaks.reading_error + runs[-2].peaks.reading_error) / (grows - 1)
             errors = self._errors_of_extrapolated(limits, runs[-2].peaks, finer, last.peaks, rest)
             if self._is_enough(errors, rest + lost):
@@ -323,15 +320,15 @@ class _Runner:
         ``before`` are the peaks of the run with steps twice as long.
         """
         scene, last = self.scene, extrapolated[-1]
-        gain, per_unit = step_error.least_gain(scene), 1 / scene.contact_time
+        gain, per_unit = accuracy.least_gain(scene), 1 / scene.contact_time
         pairs = itertools.pairwise(reversed(extrapolated))
         differences = [finer.differences(other).in_units(per_unit) for finer, other in pairs]
         weights = [gain**-later for later in range(len(differences))]
-        safety, by_chance = step_error.extrapolation_safety(scene, legs, peaks, last.any_rising)
+        safety, by_chance = accuracy.extrapolation_safety(scene, legs, peaks, last.any_rising)
         errors = safety.bounds(differences, weights, rest + by_chance)
         other, weight = before if self._has_rivals else None, 3 / (2**self.order - 1)
-        rivals = step_error.rival_errors(peaks, last.force, other, weight)
-        return step_error.with_rivals(errors, rivals, last, np.add)
+        rivals = accuracy.rival_errors(peaks, last.force, other, weight)
+        return accuracy.with_rivals(errors, rivals, last, np.add)
 
     def _step_for(self, peaks_at: Callable[[float], FloatArray]) -> float:
         """Return the step [s] for the wanted error, by trials."""
@@ -353,7 +350,7 @@ class _Runner:
             return min(0.065 * math.pow(part, 1 / 4), 0.4) * unit
         longest = _UNSTABLE * error_bound.stable_step(self.scene, STABLE)
         wanted = 0.1 * self.engine.rtol  # runs are read after each of these steps, or more rarely
-        longest = min(longest, step_error.damped_interval(self.scene, wanted, wanted))
+        longest = min(longest, accuracy.damped_interval(self.scene, wanted, wanted))
         # Step of the first of four runs of damped contacts, for 1e-6 [natural time units]
         return min(min(0.008 * math.sqrt(part), 0.2) * unit, longest)
 
@@ -390,25 +387,25 @@ class _Runner:
         interval = 0.3 * math.pow(0.01 * unit / leg.dt, 1 / 8)
         if self.engine.dt is None:
             interval = min(
-                interval, math.pow(0.1 * self.engine.rtol / step_error.INTERPOLATION, 1 / 8)
+                interval, math.pow(0.1 * self.engine.rtol / accuracy.INTERPOLATION, 1 / 8)
             )
         if error_bound.amplifies_errors(self.scene):
             asked, step = self.engine.dt, leg.dt / unit
             # Error of a peak over the square of a given step [natural units]
             error = 0.1 * self.engine.rtol if asked is None else 0.02 * step**2
-            interval = min(interval, math.pow(error / step_error.KINK, 1 / 3.5))
+            interval = min(interval, math.pow(error / accuracy.KINK, 1 / 3.5))
         return max(1, int(min(leg.steps, interval * unit / leg.dt)))
 
     def _damped_interval(self, leg: Leg) -> float:
         """Longest interval between readings of damped contacts [s]."""
         if not self.extrapolated:  # as native reads, so that only the steps count
-            return step_error.damped_interval_at(self.scene, leg.dt)
+            return accuracy.damped_interval_at(self.scene, leg.dt)
         if self.engine.dt is None:
             wanted = 0.1 * self.engine.rtol
-            return step_error.damped_interval(self.scene, wanted, wanted)
+            return accuracy.damped_interval(self.scene, wanted, wanted)
         finest = leg.dt / 2**self._halvings
         by_steps = finest * max(1 / self.scene.contact_time, error_bound.highest_rate(self.scene))
-        return step_error.damped_interval(self.scene, 0.01 * by_steps**2, 0.1 * by_steps)
+        return accuracy.damped_interval(self.scene, 0.01 * by_steps**2, 0.1 * by_steps)
 
     def _errors_of_plain(self, legs: Sequence[Leg], run: Simulation, rest: float) -> ContactErrors:
         """Return bounds of the errors of a run, from runs with other steps."""
@@ -426,17 +423,15 @@ class _Runner:
         rough = [self._rough(other.legs) for other in others]
         weights, per_unit = [other.weight for other in others], 1 / scene.contact_time
         differences = [run.seen.differences(other.seen).in_units(per_unit) for other in rough]
-        touch = step_error.touch_error(scene, legs, run.peaks)
+        touch = accuracy.touch_error(scene, legs, run.peaks)
         errors = safety.bounds(differences, weights, rest, touch)
         if not self._has_rivals:
             return errors
         rivals = [
-            step_error.rival_errors(run.peaks, run.peaks.force, other.peaks, safety.factor * weight)
+            accuracy.rival_errors(run.peaks, run.peaks.force, other.peaks, safety.factor * weight)
             for other, weight in zip(rough, weights, strict=True)
         ]
-        return step_error.with_rivals(
-            errors, np.maximum.reduce(rivals) + rest, run.seen, np.maximum
-        )
+        return accuracy.with_rivals(errors, np.maximum.reduce(rivals) + rest, run.seen, np.maximum)
 
 
 @dataclass(frozen=True, eq=False)

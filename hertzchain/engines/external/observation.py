@@ -12,7 +12,7 @@ import numpy as np
 
 from hertzchain.arrays import FloatArray
 from hertzchain.contact import hertz
-from hertzchain.engines.external.rescaling import Softening, round_off
+from hertzchain.engines.external.accuracy import Softening, round_off
 from hertzchain.engines.external.terms import wall_position
 from hertzchain.errors import OverlapTooLarge, RunFailed
 from hertzchain.limits import refuse_memory

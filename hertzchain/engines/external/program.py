@@ -85,7 +85,7 @@ def find_program(name: str, what_to_do: str) -> str:
 def run_program(
     command: Sequence[str], folder: Path, deadline: Deadline, code: str, **environment: str
 ) -> str:
-    """Run a program to its end in a folder; return the last part of its output.
+    """Run a program to its end in a folder; return its output.
 
     If the wait ends early, or this process is killed, its process group is killed with all
     processes that it has started. For a status other than 0 the error contains the last line that
@@ -107,8 +107,7 @@ def run_program(
                 _wait(process, deadline)
             finally:
                 _kill(process)
-    # Characters kept from the end of a program's output
-    text = said.read_text(encoding="utf-8", errors="replace")[-20_000:]
+    text = said.read_text(encoding="utf-8", errors="replace")
     if (status := process.returncode) != 0:
         how = f"ended with status {status}" if status > 0 else f"was ended by {signal_name(status)}"
         raise RunFailed(f"{code} {how}{_last_words(text)}")

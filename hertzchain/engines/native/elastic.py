@@ -67,7 +67,6 @@ from hertzchain.engines.native.equations import Chain
 from hertzchain.observables.compiling import (
     ONE,
     UNCOUNTED,
-    Records,
     compiled,
     compiled_and_kept,
     compiled_without_nan,
@@ -81,7 +80,6 @@ from hertzchain.observables.observer import (
     hertz_force,
     highest,
     look,
-    read_off,
     usual_end,
 )
 
@@ -626,99 +624,3 @@ def march_each(
             return
         seen.end[n] = outcome.end
         seen.evaluations[n] = math.nan if outcome.status == DIVERGED else outcome.evaluations
-
-
-class Scenes(NamedTuple):
-    """Scenes that run one after the other, shape (scenes, ...) each.
-
-    Legs, shape (scenes, legs, 8); tolerances of steps; states at the start, shape (scenes, 2, N) or
-    (scenes, 0, 0); the usual ends, see ``Ending``; and signals, see ``observer.SIGNAL``.
-    """
-
-    legs: FloatArray
-    tolerance: FloatArray
-    start: FloatArray
-    usual: FloatArray
-    signals: Records
-
-
-class Reused(NamedTuple):
-    """What all runs of a call use: state and watch, and copies of state and pulses at the start."""
-
-    state: State
-    blank: State
-    watch: Watch
-    no_pulses: Records
-
-
-class Watched(NamedTuple):
-    """Results of runs of several scenes, filled in, with their first pulses.
-
-    Peaks and their times, shape (scenes, contacts); a record in which nothing is kept; first
-    pulses, shape (scenes, signals); displacement and velocity at the end, shape (scenes, 2, N); and
-    what ``march`` returns, shape (scenes, values).
-    """
-
-    force: FloatArray
-    time: FloatArray
-    record: Record
-    pulses: Records
-    motion: FloatArray
-    outcomes: FloatArray
-
-
-@compiled_and_kept(**UNCOUNTED)
-def march_watched(
-    scenes: Scenes, steps: Steps, chains: Chain, moving: int, reused: Reused, seen: Watched,
-    control: FloatArray,
-) -> None:  # fmt: skip
-    """Integrate chains one after the other, as ``march``, and read off their first pulses.
-
-    Parameters
-    ----------
-    scenes, reused, seen
-        What they start from, what they share, and what is filled in.
-    steps
-        As for ``march``, with any legs and tolerance.
-    chains
-        Chains with the same granules pushed and fixed: of all arrays but ``fixed`` the first axis
-        is that of the scenes.
-    moving
-        As for ``march``.
-    control
-        As for ``march``, for each scene by itself; -1 stops all.
-    """
-    state, watch = reused.state, reused.watch
-    for n in range(scenes.legs.shape[0]):
-        for row in range(state.rows.shape[0]):
-            for i in range(state.rows.shape[1]):
-                state.rows[row, i] = 0.0
-        state.progress[0] = reused.blank.progress[0]
-        for k in range(watch.signals.size):
-            watch.signals[k], watch.pulses[k] = scenes.signals[n, k], reused.no_pulses[k]
-        of_scene = Steps(
-            scenes.legs[n], steps.kicks, steps.drifts, steps.verlet, scenes.tolerance[n],
-            steps.starting,
-        )  # fmt: skip
-        chain = Chain(
-            chains.stiffness[n], chains.inverse_mass[n], chains.gap[n], chains.constant[n],
-            chains.damping[n], chains.exponent, chains.attraction, chains.pushed, chains.fixed,
-        )  # fmt: skip
-        control[2] = 0.0
-        out = march(
-            of_scene, chain, Start(scenes.start[n], moving), state,
-            Seen(seen.force[n], seen.time[n], seen.record), watch, Ending(scenes.usual[n], False),
-            control,
-        )  # fmt: skip
-        if out.status == STOPPED and control[0] < 0:
-            return
-        read_off(watch)
-        for k in range(watch.signals.size):
-            seen.pulses[n, k] = watch.pulses[k]
-        motion, values = seen.motion, seen.outcomes
-        for i in range(motion.shape[2]):
-            motion[n, 0, i], motion[n, 1, i] = state.rows[0, i], state.rows[1, i]
-        values[n, 0], values[n, 1], values[n, 2] = out.status, out.steps, out.evaluations
-        values[n, 3], values[n, 4], values[n, 5] = out.granule_evaluations, out.end, out.work
-        values[n, 6], values[n, 7], values[n, 8] = out.momentum, out.energy, out.wall_impulse
-        values[n, 9], values[n, 10] = out.piston_impulse, out.dissipated

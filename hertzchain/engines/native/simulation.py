@@ -7,14 +7,14 @@ import math
 import threading
 from collections.abc import Callable, Sequence
 from contextvars import copy_context
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.native.equations import Chain
-from hertzchain.engines.native.plan import Plan, SymplecticNystrom, Walker
+from hertzchain.engines.native.plan import SymplecticNystrom, Walker
 from hertzchain.errors import RunFailed
 from hertzchain.limits import TIME_LIMIT, Deadline, refuse_memory
 from hertzchain.observables.error_bound import ContactErrors, Peaks, diverged
@@ -209,9 +209,6 @@ class Prepared:
     moving: int  # number of granules that may move at the start
     softest: float  # see ``softest``
     signals: Signals | None = None  # where first pulses are wanted
-    # Runs that are done, by ``key_of``, and by plans with scenes until their ends and their legs.
-    runs: dict[Any, Simulation] = field(default_factory=dict)
-    planned: dict[Plan, tuple[Scene, tuple[Leg, ...], Simulation]] = field(default_factory=dict)
 
     @classmethod
     def of(
@@ -248,8 +245,6 @@ class Prepared:
         leave_behind = leave_behind and may_leave
         granules, contacts = self.scene.bodies, len(self.scene.contacts)
         stages, rows = walker.stepper.stages, leg_rows(legs, self.scene.units)
-        if self.runs and recorder is None and (key := key_of(rows, walker)) in self.runs:
-            return self.runs[key]
         work = work_of(self.scene, legs, stages) / (1.0 if math.isnan(usual) else LATEST)
         self._refuse(rows, work, stages, leave_behind, recorder)
         record, steps = room_for(recorder), steps_of(rows, walker, self.softest)
@@ -295,11 +290,6 @@ class Prepared:
             raise deadline.passed()
         arrays = 8 + (0 if recorder is None else 3 * recorder.time.size)
         refuse_memory(8.0 * arrays * scene.bodies)
-
-
-def key_of(rows: FloatArray, walker: Walker) -> tuple[bytes, Walker]:
-    """Return the properties that distinguish runs of a scene: legs for kernels, and the method."""
-    return rows.tobytes(), walker
 
 
 def work_of(scene: Scene, legs: Sequence[Leg], stages: int) -> float:

@@ -21,8 +21,6 @@ from hertzchain.known import answer
 from hertzchain.observables.peaks import largest_difference
 from tests.conftest import STEEL, paper_scene
 from tests.scenes import PLAIN
-from validation import engines
-from validation.__main__ import run
 
 Engine = type[hc.Liggghts] | type[hc.Yade]
 PULSE = PLAIN["pulse"]
@@ -172,22 +170,3 @@ def test_a_full_disk_is_one_sentence(
     with pytest.raises(RunFailed, match=f"(?i){engine.__name__} needs room.*TMPDIR") as problem:
         engine(1e-6).run(PLAIN["table"])
     assert "\n" not in str(problem.value)
-
-
-# Histories
-
-
-@pytest.mark.slow
-@pytest.mark.liggghts
-@pytest.mark.yade
-@pytest.mark.lammps
-def test_what_is_recorded_is_what_the_engines_find(tmp_path: Path) -> None:
-    assert run(["engines", "--quick", "-o", str(tmp_path)]) == 0
-    path = tmp_path / "engines.csv"
-    assert len(engines.recorded(path)) == 4
-    kept = engines.recorded()
-    for name, (dt, peaks) in engines.recorded(path).items():
-        assert dt == kept[name][0]
-        for who, force in peaks.items():
-            # Other machines round otherwise.
-            assert force == pytest.approx(kept[name][1][who], rel=1e-10, abs=0)

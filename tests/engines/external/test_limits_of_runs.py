@@ -128,7 +128,7 @@ def test_a_stopped_part_names_the_limit_of_the_whole(
     def late(*_: object) -> None:
         raise Deadline(1e-3).passed()
 
-    monkeypatch.setattr(hc.Native, "prepared_run", late)
+    monkeypatch.setattr(hc.Native, "run", late)
     with pytest.raises(TooExpensive, match="stopped at the time limit of 5 s"):
         whole(paper_scene("cosine", 1.0, 2.0, granules=5))
 

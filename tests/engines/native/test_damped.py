@@ -11,7 +11,7 @@ import pytest
 from numpy.typing import NDArray
 
 import hertzchain as hc
-from hertzchain.engines.external.rescaling import Softening
+from hertzchain.engines.external.accuracy import Softening
 from hertzchain.engines.native import elastic_chain
 from hertzchain.engines.native.damped_runs import Adaptive, integrate_damped
 from hertzchain.engines.native.damped_verlet import simulate_damped_verlet

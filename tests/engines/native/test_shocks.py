@@ -12,7 +12,7 @@ import pytest
 import hertzchain as hc
 from hertzchain.errors import HertzchainError
 from hertzchain.observables.wave import usual_wave
-from hertzchain.report.documents import of_result
+from hertzchain.report.contents import of_result
 from tests.conftest import STEEL
 from tests.oracles.bounds import lasting
 from tests.scenes import (

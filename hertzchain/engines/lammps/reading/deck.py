@@ -169,7 +169,7 @@ class FoundDeck:
     # NaN, and the runs are those that the deck should have had.
     stopped: str
     is_chain: bool  # whether granules lie in one row; if not, nothing else was queried
-    axis: str  # axis of the chain: ``x``, ``y`` or ``z``, or ``a diagonal``
+    axis: str  # axis of the chain: ``x``, ``y`` or ``z``
     direction: FloatArray  # the same as a unit vector from granule 1 on, shape (3,)
     reversed: bool  # whether granule 1 lies at the largest coordinate
     ids: IntArray  # of LAMMPS, shape (granules,)

@@ -24,12 +24,11 @@ class Granules:
     """Granules by increasing coordinate along the chain, in the deck's units.
 
     ``order`` sorts arrays from the order of ids into this order. Vectors have the component
-    along the chain first, shape (granules, 3): ``frame`` has the directions of the components as
-    its rows.
+    along the chain first, shape (granules, 3): ``axes`` has the numbers of the components, 0 for x.
     """
 
     units: Units
-    frame: FloatArray
+    axes: NDArray[np.intp]
     order: NDArray[np.intp]
     ids: IntArray  # in the order of ids, as readings have them
     types: IntArray
@@ -38,20 +37,14 @@ class Granules:
     spin: FloatArray
     radius: FloatArray
     mass: FloatArray
-    low: FloatArray  # the box in these directions; along a diagonal where the axis leaves it
+    low: FloatArray  # the box in these directions
     high: FloatArray
-    boundary: str  # along x, y and z, as ``s f f`` or ``fs p p``
-    periodic: list[bool]  # in these directions
+    boundary: list[str]  # in these directions, as ``s`` or ``fs``
 
     @property
     def count(self) -> int:
         """Number of granules."""
         return int(self.radius.size)
-
-    @property
-    def sides(self) -> str:
-        """Boundary of the box at both ends of the axis that is nearest to the chain."""
-        return self.boundary.split()[int(np.argmax(np.abs(self.frame[0])))]
 
     @property
     def reach(self) -> FloatArray:
@@ -60,12 +53,12 @@ class Granules:
 
     def along(self, vectors: FloatArray) -> FloatArray:
         """Vectors of granules by id, shape (..., granules, 3), in this order and these axes."""
-        return np.asarray(vectors[..., self.order, :] @ self.frame.T)
+        return np.asarray(vectors[..., self.order, :][..., self.axes])
 
     def by_id(self, vectors: FloatArray) -> FloatArray:
         """Vectors of granules in this order and these axes, (granules, 3), by id and x, y, z."""
         each = np.empty_like(vectors)
-        each[self.order] = vectors @ self.frame
+        each[np.ix_(self.order, self.axes)] = vectors
         return each
 
     @property
@@ -81,11 +74,9 @@ class Granules:
 
     def moved_from(self, place: FloatArray) -> FloatArray:
         """Coordinates, shape (..., granules, 3), nearest to the start across a periodic box."""
-        span = np.where(self.periodic, self.high - self.low, np.inf)
-        shift = place - self.position
-        with np.errstate(invalid="ignore"):
-            turns = np.where(np.isinf(span), 0.0, np.round(shift / span) * span)
-        return np.asarray(place - turns)
+        span = self.high - self.low
+        turns = np.round((place - self.position) / span) * span
+        return np.asarray(np.where([sides == "p" for sides in self.boundary], place - turns, place))
 
 
 _STATE = (
@@ -102,34 +93,15 @@ def granules_of(lammps: Session) -> Granules:
     ids, types, *vectors, radius, mass = lammps.dumped(*_STATE)
     place, velocity, spin = (np.column_stack(vectors[k : k + 3]) for k in (0, 3, 6))
     low, high = lammps.box()
-    first = int(np.argmax(np.ptp(place, axis=0)))
-    chosen = [first, *(k for k in range(3) if k != first)]
-    granules = Granules(
-        units, np.eye(3)[chosen], np.arange(len(place)), ids.astype(np.int64),
-        types.astype(np.int64), place, velocity, spin, radius, mass, low[chosen], high[chosen],
-        " ".join(sides), [sides[k] == "p" for k in chosen],
+    along = int(np.argmax(np.ptp(place, axis=0)))
+    axes = np.array([along, *(k for k in range(3) if k != along)])
+    order = np.argsort(place[:, along], kind="stable")
+    here = np.ix_(order, axes)
+    return Granules(
+        units, axes, order, ids.astype(np.int64), types.astype(np.int64)[order], place[here],
+        velocity[here], spin[here], radius[order], mass[order], low[axes], high[axes],
+        [sides[k] for k in axes],
     )  # fmt: skip
-    straight = _turned(granules, granules.frame)
-    # Least number of granules on a diagonal: two granules may also be misplaced
-    if straight.is_chain or len(place) < 3:
-        return straight
-    diagonal = _turned(granules, _along(place))
-    if not diagonal.is_chain:
-        return straight
-    along, ends = diagonal.frame[0], place[diagonal.order[[0, -1]]]
-    room = []
-    for end, way in ((ends[0], -along), (ends[1], along)):
-        # Component of a direction that is round-off (chosen)
-        leaves = np.abs(way) > 1e-9  # through the sides of the box in that direction
-        to_side = np.where(way > 0, high - end, low - end)
-        room.append(float(np.min(to_side[leaves] / way[leaves])))
-    inside = diagonal.position[[0, -1], 0] + np.array([-1, 1]) * room
-    return replace(
-        diagonal,
-        low=np.append(inside[0], low[:2]),
-        high=np.append(inside[1], high[:2]),
-        periodic=[False] * 3,  # images of a diagonal are not its neighbours
-    )
 
 
 def by_fix(
@@ -145,22 +117,6 @@ def by_fix(
 def members(lammps: Session, group: str, granules: Granules) -> NDArray[np.bool_]:
     """Tell which granules are in a group now, by increasing coordinate, shape (granules,)."""
     return np.asarray(lammps.members(group)[granules.order])
-
-
-def _turned(granules: Granules, frame: FloatArray) -> Granules:
-    """Granules in LAMMPS's order and axes, in their order along the first direction of a frame."""
-    place = granules.position @ frame.T
-    order = np.argsort(place[:, 0], kind="stable")
-    each = {name: getattr(granules, name)[order] for name in ("types", "radius", "mass")}
-    vectors = {name: (getattr(granules, name) @ frame.T)[order] for name in ("velocity", "spin")}
-    return replace(granules, frame=frame, order=order, position=place[order], **each, **vectors)
-
-
-def _along(place: FloatArray) -> FloatArray:
-    """Return directions; the places extend along the first, its largest component is positive."""
-    frame = np.linalg.svd(place - np.mean(place, axis=0), full_matrices=False)[2]
-    frame[0] *= np.sign(frame[0, int(np.argmax(np.abs(frame[0])))])
-    return np.asarray(frame)
 
 
 _READINGS = 2000
@@ -266,10 +222,10 @@ def _why_not(granules: Granules, unit: float) -> str | None:
     """Return why contacts cannot be probed at overlaps of a unit; None if they can."""
     if np.any(granules.off_axis > granules.radius):
         return "they do not lie in one row"
-    shrinks = granules.sides[-1] in "sm"
+    shrinks = granules.boundary[0][-1] in "sm"
     for turn, depth in itertools.product((0, 1), DEPTHS):
         outside = _row(granules, turn, depth * unit)[-1, 0] >= granules.high[0] and not shrinks
-        if outside and not granules.periodic[0]:
+        if outside and granules.boundary[0] != "p":
             return "the box has no room for a row in which they touch"
     return None
 
@@ -422,7 +378,7 @@ class _Wall:
         """Largest displacement of the granule outwards [length]: twice the gap, plus a radius."""
         granules = self._prober.granules
         farthest = self._radius + 2 * gap
-        if granules.sides[-1 if self._at_end else 0] in "sm":
+        if granules.boundary[0][-1 if self._at_end else 0] in "sm":
             return farthest  # the box follows
         box = granules.high[0] - self._start if self._at_end else self._start - granules.low[0]
         return min(farthest, 0.999 * float(box)) if box > 0 else 0.0

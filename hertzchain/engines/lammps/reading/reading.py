@@ -15,7 +15,6 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import ExitStack, closing, contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from types import TracebackType
 from typing import Any, Self
 
 import numpy as np
@@ -24,8 +23,7 @@ from numpy.typing import NDArray
 from hertzchain.arrays import FloatArray, Quantity
 from hertzchain.engines.external.program import work_folder
 from hertzchain.engines.lammps import deck
-from hertzchain.engines.lammps.binary import Program
-from hertzchain.engines.lammps.engine import Child, Task, engine
+from hertzchain.engines.lammps.engine import Child, Program, Task, engine
 from hertzchain.engines.lammps.reading.deck import Executed, FoundDeck, FoundRun, FoundWall, scaled
 from hertzchain.engines.lammps.reading.probing import Granules, Probes, Sizes, probe
 from hertzchain.engines.lammps.reading.session import Module, Piped, Session
@@ -61,10 +59,6 @@ _MOST_STEPS = 2**31 - 1  # of one run of LAMMPS
 _VARIABLE = re.compile(r"ERROR: Variable (\w+):(?!.* before simulation box)")
 """Part of LAMMPS's message on a formula with a variable that it cannot evaluate yet."""
 
-_BEFORE_NAMES = r"v_|py_|\$\{?|[Vv]ariable |name |reference "  # in commands and in LAMMPS's errors
-
-_HIDDEN = "LAMMPS stops here; why is not shown, as it reads a file outside the deck's folder"
-
 _MOST_NESTED_FILES = 15  # files that include one another, as in LAMMPS itself
 
 
@@ -77,7 +71,6 @@ class _Open:
     """A file that is read, and the next line."""
 
     name: str  # as the deck names it
-    path: Path
     lines: list[Line]
     next: int = 0
 
@@ -92,30 +85,32 @@ class _Open:
         return labels
 
 
+@dataclass(frozen=True)
+class Source:
+    """A deck: its name, as the user gives it, its path, and what it is read with.
+
+    Variables replace those of style ``index``, as ``-var`` does. Files are searched in the working
+    folder first. With ``tells`` the place of each command is written to stderr before the command
+    is carried out: there it remains if the process crashes.
+    """
+
+    name: str
+    path: Path
+    folder: Path  # the working folder
+    variables: Mapping[str, str] = field(default_factory=dict)
+    edits: Edits = field(default_factory=dict)
+    tells: bool = False
+
+
 class Interpreter:
     """Carries out a deck; ``commands`` grows with it.
 
-    The deck has a name, as the user gives it, and a path. Variables replace those of style
-    ``index``, as ``-var`` does. The player gives the commands to a LAMMPS that has no box. Files
-    are searched in the working folder first, by default only in that of the deck. ``tell`` is
-    called with the place of each command before the command is carried out.
+    The player gives the commands to a LAMMPS that has no box.
     """
 
-    def __init__(
-        self,
-        name: str,
-        path: Path,
-        variables: Mapping[str, str],
-        player: Playing,
-        *,
-        folder: Path | None = None,
-        edits: Edits | None = None,
-        tell: Callable[[str], object] = lambda _: None,
-    ) -> None:
-        self._lammps, self._player, self._tell = player.lammps, player, tell
-        folders = [path.parent] if folder is None else [folder, path.parent]
-        self._rules, self._edits = Rules(tuple(folders)), edits or {}
-        self._name, self._deck, self._variables = name, path, variables
+    def __init__(self, source: Source, player: Playing) -> None:
+        self._source, self._player, self._lammps = source, player, player.lammps
+        self._rules = Rules((source.folder, source.path.parent))
         self._files: list[_Open] = []
         self._skips_jump = self._ran = False
         self.commands: list[Executed] = []
@@ -123,40 +118,23 @@ class Interpreter:
 
     def play(self) -> None:
         """Carry out the deck, up to its end."""
-        for name, value in self._variables.items():
+        for name, value in self._source.variables.items():
             # These are not the deck's: LAMMPS then skips a variable of this name and style in the
             # deck.
             self._player.give(["variable", name, "index", *in_ascii(value).split()], 0)
         try:
-            self._read(self._name)
+            self._read(self._source.name)
         except Ended:
             return
         except HertzchainError as problem:
             if self.here is None or str(problem).startswith(f"{self.here.file}:"):
                 raise
-            place = f"{self.here.file}:{self.here.line}"
-            if self._is_outside or self._rules.reads_outside:
-                raise type(problem)(f"{place}: {_HIDDEN}") from None
-            if why := self._unset_in(f"{self.here.text} {problem}"):
-                raise RunFailed(f"{place}: {why}") from None
             to_blame = self._variable_in(str(problem)) or self.here
             place = f"{to_blame.file}:{to_blame.line}"
             said = str(problem)
             if self.here.text.startswith("minimize"):  # which takes no steps in time
                 said = said.split("; the step is too long", maxsplit=1)[0]
             raise type(problem)(f"{place}: {said}") from None
-
-    @property
-    def _is_outside(self) -> bool:
-        """Whether the current file is outside the folder of the deck."""
-        return bool(self._files) and self._rules.is_outside(self._files[-1].path)
-
-    def _unset_in(self, said: str) -> str:
-        """Return advice on a variable without a value in an error message; empty without one."""
-        for name, why in self._rules.unset.items():
-            if re.search(rf"({_BEFORE_NAMES}){re.escape(name)}\b", said):
-                return f"variable {name} was left out ({why}): give its value in the deck instead"
-        return ""
 
     def _variable_in(self, said: str) -> Executed | None:
         """Return the last command that set the variable that LAMMPS names in its error, if any."""
@@ -181,13 +159,13 @@ class Interpreter:
         self._files.pop()
 
     def _opened(self, name: str) -> _Open:
-        path = self._deck if not self._files else self._rules.path(name)
+        path = self._source.path if not self._files else self._rules.path(name)
         try:
             text = read_text(path)
         except (OSError, ValueError) as problem:
             reason = getattr(problem, "strerror", None) or problem
             raise RunFailed(f"{name}: cannot be read ({reason})") from None
-        return _Open(name, path, edited(in_ascii(text), name, self._edits))
+        return _Open(name, edited(in_ascii(text), name, self._source.edits))
 
     def _one(self, text: str, where: Executed) -> None:
         """Carry out one command, which may stand in quotes within another one."""
@@ -195,16 +173,12 @@ class Interpreter:
         if not text:
             return
         self.here = where
-        # Characters of a command in messages
-        said = "" if self._is_outside else shown(text)[:200]
-        self._tell(f"{where.file}:{where.line}: {said}")
+        if self._source.tells:  # not more characters than a message may have
+            os.write(2, f"{where.file}:{where.line}: {shown(text)[:200]}\n".encode())
         if len(self.commands) >= _MOST_COMMANDS:
             raise RunFailed(
                 f"the deck is not over after {_MOST_COMMANDS} commands: it seems to have no end"
             )
-        if "$" in text and (why := self._why_left_out(text)):
-            self._note(replace(where, carried_out=False, why_not=why))
-            return
         if "$" in text:
             text = " ".join(in_ascii(self._lammps.expanded(text)).splitlines()).strip()
         words = words_of(text)
@@ -221,22 +195,11 @@ class Interpreter:
             getattr(self, f"_{name}")(values, index, where)
             return
         given, why_not = self._rules.decide([name, *values])
-        if why_not is not None and self._is_outside:
-            text, where = name, replace(where, written=name)
         index = self._note(
             replace(where, text=shown(text), carried_out=given is not None, why_not=why_not)
         )
         if given is not None:
             self._player.give(given, index)
-
-    def _why_left_out(self, text: str) -> str | None:
-        """Return why a command with a variable that was left out is left out itself, if it is."""
-        name = text.split(maxsplit=1)[0]
-        needs = any(re.search(rf"\$\{{?{re.escape(unset)}\b", text) for unset in self._rules.unset)
-        if not needs or name in CONTROL or not name.isidentifier():
-            return None
-        given, why = self._rules.decide([name])
-        return why if given is None else None
 
     def _note(self, done: Executed) -> int:
         """Record a command; return its index."""
@@ -302,7 +265,6 @@ class Interpreter:
             raise Ended
         self._ran = False
         self._rules.missing.clear()
-        self._rules.restarted = False
 
     def _run(self, values: list[str], index: int, where: Executed) -> None:
         _need(values, 1, "run")
@@ -360,14 +322,9 @@ def _value_of(keyword: str, value: str) -> str:
     """Return the value of a keyword of ``run`` as LAMMPS takes it; RunFailed for any other."""
     if keyword in ("start", "stop"):
         return str(steps_of(value))
-    if value not in _YES_OR_NO:
+    if value not in ("yes", "no"):
         raise RunFailed(f"run {keyword} {value} is neither yes nor no")
-    return _YES_OR_NO[value]
-
-
-_YES_OR_NO = {
-    **dict.fromkeys(("yes", "on", "true"), "yes"), **dict.fromkeys(("no", "off", "false"), "no"),
-}  # fmt: skip
+    return value
 
 
 def _need(values: list[str], least: int, name: str) -> None:
@@ -389,12 +346,11 @@ def contents_of(probes: Probes, seen: Watched, applied: Applied, backwards: bool
     def vectors(values: FloatArray) -> FloatArray:
         return np.asarray(turned(values, 0) * np.array([sign, 1.0, 1.0]))
 
-    origin = granules.position[-1 if backwards else 0, 0]
-
     def of(source: object, change: Callable[[Quantity], Quantity], *names: str) -> dict[str, Any]:
         return {name: change(getattr(source, name)) for name in names}
 
-    end = -1 if backwards else 0
+    end, along = -1 if backwards else 0, granules.axes[0]
+    origin = granules.position[end, 0]
     peaks, order = seen.peaks[int(backwards)], granules.order
     led = slice(None) if seen.driven[end] else slice(0)
     sideways = granules.position[:, 1:] - np.median(granules.position[:, 1:], axis=0)
@@ -405,9 +361,9 @@ def contents_of(probes: Probes, seen: Watched, applied: Applied, backwards: bool
         **of(granules, vectors, "velocity", "spin"),
         **of(probes, turned, "overlap", "contact_force", "closing", "damped_overlap",
              "damped_force", "tangential_force", "drag"),
-        units=granules.units.name, is_chain=granules.is_chain, axis=_axis(granules.frame[0]),
-        direction=sign * granules.frame[0], reversed=backwards, ids=turned(granules.ids[order]),
-        origin=granules.position[end] @ granules.frame,
+        units=granules.units.name, is_chain=granules.is_chain, axis="xyz"[along],
+        direction=sign * np.eye(3)[along], reversed=backwards, ids=turned(granules.ids[order]),
+        origin=granules.position[end][np.argsort(granules.axes)],
         position=turned(sign * (granules.position[:, 0] - origin)), sideways=turned(sideways, 0),
         constant_force=vectors(applied.constant),
         walls=tuple(_wall(wall, backwards, origin) for wall in probes.walls),
@@ -428,12 +384,6 @@ def contents_of(probes: Probes, seen: Watched, applied: Applied, backwards: bool
         final_velocity=sign * turned(seen.velocity), remarks=_remarks(seen, probes),
     )  # fmt: skip
     return scaled(deck, granules.units)
-
-
-def _axis(direction: FloatArray) -> str:
-    """Return the name of an axis."""
-    first = int(np.argmax(np.abs(direction)))
-    return "xyz"[first] if abs(direction[first]) == 1 else "a diagonal"
 
 
 def _is_reversed(probes: Probes, seen: Watched, applied: Applied, scene: Scene) -> bool:
@@ -500,7 +450,7 @@ def _misfit(granules: Granules, scene: Scene, step: int) -> float:
 
 def _image_gap(probes: Probes) -> float | None:
     granules = probes.granules
-    if not granules.periodic[0]:
+    if granules.boundary[0] != "p":
         return None
     length = float(granules.high[0] - granules.low[0])
     extent = float(granules.position[-1, 0] - granules.position[0, 0])
@@ -525,7 +475,7 @@ _READ_EVERY = 0.2
 """Contact times between two readings: the interpolation between them is right to 1e-6 then."""
 
 
-class Reader:
+class Reader(ExitStack):
     """Reads a deck, with or without edits, as often as wanted, in one process; a context.
 
     The scene, which the deck should compute, sets the overlaps, speeds and times at which LAMMPS is
@@ -543,29 +493,21 @@ class Reader:
         lmp: str | Path | None = None,
         say: Callable[[str], object] = lambda _: None,
     ) -> None:
+        super().__init__()
         self._deck, self._scene, self._lmp, self._say = str(path), scene, lmp, say
         self._sizes = Sizes.of(scene)
         self._variables = {name: str(value) for name, value in dict(variables).items()}
         self._deadline = deadline or Deadline(TIME_LIMIT)
-        self._open = ExitStack()
 
     def __enter__(self) -> Self:
-        self._folder = self._open.enter_context(work_folder("LAMMPS"))
-        self._child = self._open.enter_context(Child())
+        folder = self.enter_context(work_folder("LAMMPS"))
+        self._child = self.enter_context(Child())
         program = None if self._lmp is None else Program.find(str(self._lmp), 1, self._deadline)
-        self._start = Start(self._folder, program)
+        self._start = Start(folder, program)
         self._source = Source(
             self._deck, Path(self._deck).absolute(), Path.cwd(), self._variables, tells=True
         )
         return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        problem: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self._open.__exit__(kind, problem, trace)
 
     def _call(self, function: Task, *arguments: object) -> Any:
         left = min(self._deadline.left, self._until.left)
@@ -606,17 +548,12 @@ class Reader:
             return contents_of(
                 probes, seen, nothing, _is_reversed(probes, seen, nothing, self._scene)
             )
-        # Pair style granular leaves memory undefined after a restart file (observed in 2025): in a
-        # process that has run LAMMPS before, the deck often stops.
-        restarts = any(done.text.startswith("read_restart") for done in seen.commands)
         self._say("running the deck")
         between = _READ_EVERY * probes.contact_time
         # Error of the peaks by the interval of readings above which the deck is run again; how much
         # denser readings are then; and most repetitions. This occurs where contacts are stiffer, or
         # pressed harder, than those of the scene.
         for _ in range(3):
-            if restarts:
-                self._child.end()
             seen = self._call(_watch, source, probes, between, begin)
             if max(peaks.error for peaks in seen.peaks) < 1e-5 or seen.read_every == 1:
                 break
@@ -624,8 +561,6 @@ class Reader:
                 break
             between *= 0.1
         self._say("reading the applied forces")
-        if restarts:
-            self._child.end()
         each = self._sizes.between(probes.granules.units, probes.contact_time)
         if seen.stopped:
             stopped = seen.stopped
@@ -685,22 +620,6 @@ def look(path: Path, variables: Mapping[str, str], time_limit: float) -> Look:
 
 
 @dataclass(frozen=True)
-class Source:
-    """A deck: its name, where it is, the working folder, values of variables, and edits.
-
-    With ``tells`` each place in the deck is written to stderr, where it remains if the process
-    crashes.
-    """
-
-    name: str
-    path: Path
-    folder: Path
-    variables: Mapping[str, str] = field(default_factory=dict)
-    edits: Edits = field(default_factory=dict)
-    tells: bool = False
-
-
-@dataclass(frozen=True)
 class Start:
     """Way to start LAMMPS in a separate folder: the Python module, or a binary."""
 
@@ -721,11 +640,6 @@ class Start:
             path, version = self.program.command[0], self.program.build.version
             with closing(Piped(path, version, self.folder)) as session:
                 yield session
-
-
-def _tell(place: str) -> None:
-    """Write to standard error which line of the deck is carried out."""
-    os.write(2, f"{place}\n".encode())
 
 
 class First(Playing):
@@ -764,10 +678,7 @@ def _watch(start: Start, source: Source, probes: Probes, between: float, begin: 
 
 def _played(source: Source, player: Playing, *ends: type[HertzchainError]) -> Watched:
     """Return what is observed while a deck is played to its end, or to an error of these kinds."""
-    script, seen = Interpreter(
-        source.name, source.path, source.variables, player,
-        folder=source.folder, edits=source.edits, tell=_tell if source.tells else lambda _: None,
-    ), player.seen  # fmt: skip
+    script, seen = Interpreter(source, player), player.seen
     try:
         script.play()
     except ends as problem:

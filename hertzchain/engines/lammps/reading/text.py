@@ -211,7 +211,7 @@ _CARRIED_OUT = frozenset(
      "delete_bonds", "dielectric", "dimension", "displace_atoms", "echo", "fix", "fix_modify",
      "group", "lattice", "mass", "min_modify", "min_style",
      "minimize", "molecule", "neigh_modify", "neighbor", "newton", "pair_coeff", "pair_modify",
-     "pair_style", "print", "read_data", "read_restart", "region", "replicate", "reset_atom_ids",
+     "pair_style", "print", "read_data", "region", "replicate", "reset_atom_ids",
      "reset_atoms", "reset_ids", "reset_timestep", "set", "special_bonds", "thermo",
      "thermo_modify", "thermo_style", "timer", "timestep", "uncompute", "unfix", "units",
      "variable", "velocity")
@@ -289,9 +289,6 @@ _VARIABLES = frozenset(
      "internal", "timer")
 )  # fmt: skip
 
-_FROM_OUTSIDE = {"python": _OUTSIDE, "getenv": "the environment is not the deck's"}
-"""Variables that are left out."""
-
 _FILE_KEYWORDS = ("file", "append")
 """Keywords before the name of a file, of ``print`` and of fixes that only record."""
 
@@ -311,19 +308,17 @@ Given = tuple[list[str] | None, str | None]
 class Rules:
     """Decides which commands LAMMPS is given; remembers what was left out.
 
-    Files to be read are searched in several folders, in order: LAMMPS searches the working folder
-    only, but users also mean the folder of the deck, which is the last one here.
+    Files to be read are searched in several folders, in order, and nowhere else, so that no message
+    shows text from outside: LAMMPS searches the working folder only, but users also mean the folder
+    of the deck.
     """
 
     folders: tuple[Path, ...]
     missing: set[str] = field(default_factory=set)  # fixes
-    unset: dict[str, str] = field(default_factory=dict)  # variables, and why
-    restarted: bool = False  # whether the pair style is one that a restart file names
-    reads_outside: bool = False  # whether the last command reads a file that is not the deck's
 
     def decide(self, words: list[str]) -> Given:
         """Return the command to give (or None), and why it was changed; RunFailed to refuse it."""
-        name, self.reads_outside = words[0], False
+        name = words[0]
         if name in _LEFT_OUT:
             return None, _LEFT_OUT[name]
         if not name.replace("_", "").replace("/", "").isalnum():
@@ -332,45 +327,29 @@ class Rules:
             raise _refused(name, "commands")
         if name not in ("print", "variable") and any(word.endswith(_COMPRESSED) for word in words):
             raise _compressed(next(word for word in words if word.endswith(_COMPRESSED)))
-        self.restarted = name == "read_restart" or (self.restarted and name != "pair_style")
-        if name == "pair_coeff" and self.restarted:
-            raise RunFailed(
-                "pair_coeff follows read_restart, whose pair style is not known here: give the"
-                " pair_style before it"
-            )
-        special = {
-            "fix": self._fix,
-            "compute": _compute,
-            "create_atoms": _create_atoms,
-            "unfix": self._fix_again,
-            "fix_modify": self._fix_again,
-            "variable": self._variable,
-            "pair_style": _pair_style,
-            "print": _without_files,
-            "thermo_modify": _formatted,
-            "timer": _timer,
-            "molecule": self._molecule,
-            "read_data": self._reads,
-            "read_restart": self._reads,
-        }
-        return special[name](words) if name in special else (words, None)
+        _check(words)
+        changes = {
+            "fix": self._fix, "unfix": self._fix_again, "fix_modify": self._fix_again,
+            "variable": self._variable, "print": _without_files, "timer": _timer,
+            "read_data": self._reads, "molecule": self._reads,
+        }  # fmt: skip
+        return changes[name](words) if name in changes else (words, None)
 
     def path(self, name: str) -> Path:
-        """Return the path of a file that the deck names."""
+        """Return the path of a file that the deck names; RunFailed if it may not be read."""
         # No error for a link that leads to itself, or for an unknown user.
         user = os.path.expanduser(name)  # noqa: PTH111
         paths = [Path(os.path.realpath(folder / user)) for folder in self.folders]
-        return next((path for path in paths if path.is_file()), paths[-1])
-
-    def is_outside(self, path: Path) -> bool:
-        """Whether a file is not in the deck's folder, or in one below."""
-        return not path.is_relative_to(os.path.realpath(self.folders[-1]))
+        path = next((path for path in paths if path.is_file()), None)
+        if path is None:
+            raise RunFailed(f"{name}: cannot be read (no such file)")
+        if not any(path.is_relative_to(os.path.realpath(folder)) for folder in self.folders):
+            raise RunFailed(f"{name}: is not in the folder of the deck: copy it there")
+        return path
 
     def _file(self, name: str) -> str:
         """Return the path of a file for LAMMPS; RunFailed if LAMMPS must not read it."""
         path = self.path(name)
-        if not path.is_file():
-            raise RunFailed(f"{name}: cannot be read (no such file)")
         if not str(path).translate(_OF_NAMES).isalnum():
             raise RunFailed(
                 f"{name}: LAMMPS is given no file with {str(path)!r} as its name: letters, digits,"
@@ -378,15 +357,14 @@ class Rules:
             )
         if path.name.endswith(_COMPRESSED):
             raise _compressed(name)
-        self.reads_outside |= self.is_outside(path)
         return str(path)
 
     def _reads(self, words: list[str]) -> Given:
-        return [words[0], *map(self._file, words[1:2]), *words[2:]], None
-
-    def _molecule(self, words: list[str]) -> Given:
-        end = next((k for k, word in enumerate(words) if word in _OF_MOLECULES), len(words))
-        return [*words[:2], *map(self._file, words[2:end]), *words[end:]], None
+        first, end = 1, 2
+        if words[0] == "molecule":
+            ends = (k for k, word in enumerate(words) if word in _OF_MOLECULES)
+            first, end = 2, next(ends, len(words))
+        return [*words[:first], *map(self._file, words[first:end]), *words[end:]], None
 
     def _fix(self, words: list[str]) -> Given:
         if len(words) < _WORDS_OF_FIX:
@@ -399,12 +377,12 @@ class Rules:
         if style not in _FIXES:
             raise _refused(f"fix {style}", "fixes")
         if style in _TAKES_NOTE:
-            _formatted(words)
+            _check_formats(words)
             return _without_files(words)
         return words, None
 
     def _fix_again(self, words: list[str]) -> Given:
-        if len(words) > 1 and words[1] in self.missing:
+        if words[1:] and words[1] in self.missing:
             return None, f"fix {words[1]} was left out"
         return words, None
 
@@ -412,21 +390,15 @@ class Rules:
         if len(words) < 3:
             return words, None
         _, name, style, *values = words
-        self.unset.pop(name, None)
-        if style in _FROM_OUTSIDE:
-            self.unset[name] = _FROM_OUTSIDE[style]
-            return None, _FROM_OUTSIDE[style]
+        if style == "getenv":  # a word, so that no number is made of it
+            return ["variable", name, "string", "environment"], "the environment is not the deck's"
         if style not in _VARIABLES:
             raise _refused(f"a variable of style {style}", "variables")
         if style == "format":
-            return _formatted(words)
-        if style not in ("file", "atomfile"):
-            return words, None
-        files = [*map(self._file, values[:1])]
-        if self.reads_outside:
-            self.reads_outside = False  # this message may be shown
-            raise RunFailed(f"{values[0]}: is not in the folder of the deck: copy it there")
-        return [*words[:3], *files, *values[1:]], None
+            _check_formats(words)
+        if style in ("file", "atomfile"):
+            return [*words[:3], *map(self._file, values[:1]), *values[1:]], None
+        return words, None
 
 
 _OF_NAMES = dict.fromkeys(map(ord, "._-+/ "), "a")
@@ -444,25 +416,20 @@ def _compressed(name: str) -> RunFailed:
     return RunFailed(f"{name}: is compressed: LAMMPS would start a program to read it; unpack it")
 
 
-def _pair_style(words: list[str]) -> Given:
-    _, *names = words
-    for name in names:
-        allowed = name.startswith((*_PAIRS, "v_")) or name in _WORDS_OF_PAIRS
-        if not allowed and (name == names[0] or number(name) is None):
-            raise _refused(f"pair_style {name}", "pair styles")
-    return words, None
-
-
-def _compute(words: list[str]) -> Given:
-    if len(words) >= _WORDS_OF_FIX and words[3].split("/")[0] in _RUNS_CODE:
-        raise _refused(f"compute {words[3]}", "computes")
-    return words, None
-
-
-def _create_atoms(words: list[str]) -> Given:
-    if "mesh" in words:
+def _check(words: list[str]) -> None:
+    """Raise RunFailed for words that might run a program, read a file or print no number."""
+    name, values = words[0], words[1:]
+    if name == "compute" and values[2:] and values[2].split("/")[0] in _RUNS_CODE:
+        raise _refused(f"compute {values[2]}", "computes")
+    if name == "create_atoms" and "mesh" in values:
         raise _refused("create_atoms mesh", "commands")
-    return words, None
+    if name == "thermo_modify":
+        _check_formats(values)
+    if name == "pair_style":
+        for style in values:
+            allowed = style.startswith((*_PAIRS, "v_")) or style in _WORDS_OF_PAIRS
+            if not allowed and (style == values[0] or number(style) is None):
+                raise _refused(f"pair_style {style}", "pair styles")
 
 
 def _timer(words: list[str]) -> Given:
@@ -471,25 +438,17 @@ def _timer(words: list[str]) -> Given:
     return words, None
 
 
-def _formatted(words: list[str]) -> Given:
+def _check_formats(words: list[str]) -> None:
+    """Raise RunFailed for formats of anything but numbers."""
     for word in words:
         check_format(word)
-    return words, None
 
 
 def _without_files(words: list[str]) -> Given:
     """A command without the files that it would write."""
-    kept: list[str] = []
-    k = 0
-    while k < len(words):
-        if k >= 2 and words[k] in _FILE_KEYWORDS and k + 1 < len(words):
-            k += 2
-        else:
-            kept.append(words[k])
-            k += 1
-    if len(kept) == len(words):
-        return words, None
-    return kept, "it would write a file: carried out without"
+    names = {k for k, word in enumerate(words[:-1]) if k >= 2 and word in _FILE_KEYWORDS}
+    kept = [word for k, word in enumerate(words) if not {k, k - 1} & names]
+    return kept, "it would write a file: carried out without" if names else None
 
 
 def shown(text: str) -> str:

@@ -31,7 +31,7 @@ from hertzchain.engines.lammps.reading.text import (
     number,
 )
 from hertzchain.errors import RunFailed
-from hertzchain.observables.samples import DampedLaw, Samples
+from hertzchain.observables.samples import DampedLaw, Samples, closing
 from hertzchain.observables.watch import PeakWatch
 
 _EXPONENTS = (0.0, 0.25, 0.5)
@@ -75,7 +75,7 @@ class ContactWatch:
         )
         self._rest = np.finfo(np.float64).eps * float(np.max(np.abs(granules.position)))
         self._missed = np.zeros(contacts)  # largest overlap that grew without a force
-        self._before: Samples | None = None
+        self._before: list[FloatArray] = []  # the last reading of the run: ``Samples`` of one time
 
     def _padded(self, values: FloatArray) -> FloatArray:
         """Return values of granules, shape (..., granules), with 0 for walls."""
@@ -83,7 +83,7 @@ class ContactWatch:
 
     def begin(self, free: NDArray[np.bool_]) -> None:
         """Begin a run, which may not continue the one before; its forces move ``free`` granules."""
-        self._before = None
+        self._before = []
         for watch in (self._all, self._halved):
             watch.inverse_mass = self._padded(np.where(free, 1 / self._mass, 0.0))
 
@@ -113,28 +113,21 @@ class ContactWatch:
         touching = overlap > self._rest
         open_force = np.abs(np.where(touching, 0.0, force))[:, self._ends[0] :]
         force = np.where(touching, force, 0.0)
-        samples = Samples(
-            time=time,
-            displacement=self._padded(along),
-            velocity=self._padded(velocity),
-            acceleration=self._padded(acceleration),
-            overlap=overlap,
-            contact_force=force,
-        )
-        _, rate, growth = samples.overlap_derivatives
+        motion = [self._padded(values) for values in (along, velocity, acceleration)]
+        rate, growth = (closing(values, overlap.shape[1]) for values in motion[1:])
         # Rounding errors of a coordinate above which an overlap counts
         without = np.where((rate > 0) & (overlap > 1e3 * self._rest) & (force <= 0), overlap, 0.0)
         self._missed = np.maximum(self._missed, without.max(axis=0, initial=0.0))
         if self._law.is_damped:
-            felt = rate - late * growth
-            damped_force = self._law.with_rate(force, overlap, felt, rate)
-            samples = replace(samples, contact_force=damped_force)
-        if self._before is not None:
-            samples = _joined(self._before, samples)
-        self._before = _part(samples, slice(-1, None))
-        if samples.time.size > 1:
-            self._all.update(samples)
-            self._halved.update(_part(samples, _every_second(samples.time.size)))
+            force = self._law.with_rate(force, overlap, rate - late * growth, rate)
+        rows = [time, *motion, overlap, force]
+        if self._before:
+            rows = [np.concatenate(pair) for pair in zip(self._before, rows, strict=True)]
+        self._before, last = [values[-1:] for values in rows], rows[0].size - 1
+        if last > 0:
+            halved = [*range(0, last, 2), last]
+            self._all.update(Samples(*rows))
+            self._halved.update(Samples(*(values[halved] for values in rows)))
         return float(np.max(open_force, initial=0.0))
 
     def seen(self, backwards: bool) -> PeaksSeen:
@@ -192,22 +185,6 @@ def _columns(
     """Return values of contacts, (n, contacts), between those of walls, (n,), at either end."""
     first, last = ([of_wall(wall) for wall in walls if wall.end == end] for end in _END)
     return np.column_stack([*first, of_contacts, *last])
-
-
-def _every_second(count: int) -> list[int]:
-    kept = list(range(0, count, 2))
-    return kept if kept[-1] == count - 1 else [*kept, count - 1]
-
-
-_ARRAYS = ("time", "displacement", "velocity", "acceleration", "overlap", "contact_force")
-
-
-def _part(samples: Samples, which: slice | list[int]) -> Samples:
-    return Samples(*(getattr(samples, name)[which] for name in _ARRAYS))
-
-
-def _joined(*parts: Samples) -> Samples:
-    return Samples(*(np.concatenate([getattr(p, name) for p in parts]) for name in _ARRAYS))
 
 
 def sizes(force: FloatArray) -> FloatArray:
@@ -404,7 +381,7 @@ class Watcher(Playing):
         """
         granules, lammps = self.probes.granules, self.lammps
         taken = np.zeros(granules.count, bool)
-        along = int(np.argmax(np.abs(granules.frame[0])))
+        along = granules.axes[0]
         for fix in self.lammps.alive.values():
             inside = members(lammps, fix.group, granules)
             if fix.style == "freeze":

@@ -9,9 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from hertzchain.engines.lammps.binary import look
-from hertzchain.engines.lammps.engine import engine
-from hertzchain.engines.lammps.reading.reading import Interpreter
+from hertzchain.engines.lammps.engine import binary_build, engine
+from hertzchain.engines.lammps.reading.reading import Interpreter, Source
 from hertzchain.engines.lammps.reading.session import Module, Piped, Session
 from hertzchain.engines.lammps.reading.text import lines_of
 from hertzchain.errors import RunFailed
@@ -81,7 +80,7 @@ def session(lmp: str | None, folder: Path) -> Iterator[Session]:
         with engine() as lammps:
             yield Module(lammps, folder)
     else:
-        with closing(Piped(lmp, look(lmp, Deadline(60)).version, folder)) as piped:
+        with closing(Piped(lmp, binary_build(lmp, Deadline(60)).version, folder)) as piped:
             yield piped
 
 
@@ -96,7 +95,7 @@ def play(deck: Path, lmp: str | None, monkeypatch: pytest.MonkeyPatch) -> None:
             give(*texts)
 
         monkeypatch.setattr(lammps, "give", given)
-        script = Interpreter("in.mine", deck, {}, Player(lammps))
+        script = Interpreter(Source("in.mine", deck, deck.parent), Player(lammps))
         with suppress(RunFailed):  # a way may be refused, or stop LAMMPS; not what is before it
             script.play()
         assert [done.text for done in script.commands].count("run 1")
@@ -127,8 +126,8 @@ def test_text_outside_the_folder_of_a_deck_is_not_shown(
     (there.parent / "home" / "shadow").write_text(f"# passwords\n{text}\nunits root:x\n")
     (there / "in.mine").write_text(f"{command} ../home/shadow\nprint ${{f}}\n")
     with session(None, there.parent / "tmp") as lammps:
-        script = Interpreter("in.mine", there / "in.mine", {}, Player(lammps))
-        with pytest.raises(RunFailed, match=r"outside the deck|copy it there") as caught:
+        script = Interpreter(Source("in.mine", there / "in.mine", there), Player(lammps))
+        with pytest.raises(RunFailed, match="not in the folder of the deck") as caught:
             script.play()
     (there.parent / "home" / "shadow").unlink()
     assert "root" not in f"{caught.value} {[d for d in script.commands if not d.carried_out]}"

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from hertzchain.engines.lammps.engine import engine
-from hertzchain.engines.lammps.reading.reading import Interpreter
+from hertzchain.engines.lammps.reading.reading import Interpreter, Source
 from hertzchain.engines.lammps.reading.session import Module
 from hertzchain.engines.lammps.reading.watching import Playing
 from hertzchain.errors import RunFailed
@@ -76,7 +76,7 @@ def test_a_deck_does_what_it_does_in_lammps(
     for file, text in FILES.items():
         (tmp_path / file).write_text(text)
     with engine() as lammps:
-        script = Interpreter("in.mine", deck, {}, player(lammps, tmp_path))
+        script = Interpreter(Source("in.mine", deck, deck.parent), player(lammps, tmp_path))
         script.play()
         ours = state(lammps)
     with engine() as lammps:
@@ -98,7 +98,7 @@ def test_where_each_command_stands(tmp_path: Path) -> None:
     )
     (tmp_path / "part.in").write_text("\n\nvariable p string p\n")
     with engine() as lammps:
-        script = Interpreter("my/in.mine", deck, {}, player(lammps, tmp_path))
+        script = Interpreter(Source("my/in.mine", deck, deck.parent), player(lammps, tmp_path))
         script.play()
     rows = [(done.file, done.line, done.text) for done in script.commands]
     file, loop = "my/in.mine", (3, "variable a string it{}")
@@ -133,7 +133,7 @@ def test_where_each_command_stands(tmp_path: Path) -> None:
         ("temper 10 10 1\n", 1, "temper is not one of the commands"),
         ("variable w world a b\n", 1, "a variable of style world is not one of the variables"),
         ("include -\n", 1, "cannot be read"),
-        ("variable p python f\nprint ${p}\n", 2, "variable p was left out"),
+        ("variable p python f\n", 1, "a variable of style python is not one of the variables"),
         ("variable f file /etc/passwd\n", 1, "copy it there"),
     ],
 )
@@ -144,7 +144,7 @@ def test_what_cannot_be_carried_out_is_one_sentence(
     deck = tmp_path / "in.mine"
     deck.write_text(text)
     with engine() as lammps, pytest.raises(RunFailed) as caught:
-        Interpreter("in.mine", deck, {}, player(lammps, tmp_path)).play()
+        Interpreter(Source("in.mine", deck, deck.parent), player(lammps, tmp_path)).play()
     assert str(caught.value).startswith(f"in.mine:{place}: ")
     assert words in str(caught.value)
     assert "\n" not in str(caught.value)
@@ -154,5 +154,5 @@ def test_variables_of_the_command_line_go_before_those_of_the_deck(tmp_path: Pat
     deck = tmp_path / "in.mine"
     deck.write_text("variable a index 1\nvariable b index 2\nvariable c equal v_a+v_b\n")
     with engine() as lammps:
-        Interpreter("in.mine", deck, {"a": "40"}, player(lammps, tmp_path)).play()
+        Interpreter(Source("in.mine", deck, tmp_path, {"a": "40"}), player(lammps, tmp_path)).play()
         assert lammps.extract_variable("c") == 42

@@ -12,7 +12,7 @@ import pytest
 import hertzchain as hc
 from hertzchain.engines.lammps.reading.deck import FoundDeck
 from tests.engines.lammps.reading.chains import BESIDE_PYTHON, SCENE, STEP, Deck, read_deck
-from tests.engines.lammps.test_bounds import whole_deck
+from tests.engines.lammps.test_lammps import whole_deck
 
 pytestmark = pytest.mark.lammps
 

@@ -409,10 +409,7 @@ def of_judgement(judgement: Judgement) -> Document:
         command="judge",
         results={"native": native},
         verdict=Verdict(
-            judgement.verdict == "pass",
-            sentence,
-            why,
-            [*judgement.remarks, *native.warnings],
+            judgement.verdict == "pass", sentence, why, [*judgement.remarks, *native.warnings]
         ),
         peaks=_judged_peaks(judgement),
         drawn={GIVEN: judgement.given},
@@ -733,7 +730,7 @@ def card(title: str, facts: Sequence[tuple[str, str]]) -> str:
     return "\n".join([title, *lines])
 
 
-def card_of(shown: Scene | Batch) -> str:
+def card_of(shown: Any) -> str:
     """A scene or a batch in a few lines."""
     return _of_scene(shown) if isinstance(shown, Scene) else _of_batch(shown)
 
@@ -750,15 +747,6 @@ def document_of(shown: object) -> Document:
         "TrainJudgement": of_trains,
     }
     return makers[type(shown).__name__](shown)
-
-
-def printed(document: Document) -> str:
-    """Return what ``run`` or ``compare`` prints for a result or a verdict, without colours."""
-    from hertzchain.report.console import plain_text, print_document
-
-    # The table of an examination has its checks.
-    others = "in peak_force" if document.command == "examine" else "in to_frame()"
-    return plain_text(lambda console: print_document(console, document, others))
 
 
 # Cards
