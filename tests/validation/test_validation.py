@@ -11,13 +11,13 @@ import pandas as pd
 import pytest
 
 import hertzchain as hc
-import validation.__main__ as validation
 from hertzchain.engines.lammps.engine import Child
 from hertzchain.errors import RunFailed
 from hertzchain.verdict.tradeoff import WAYS
 from tests import scenes
 from tests.places import ROOT
-from validation.__main__ import LONG, SCRIPTS, run, run_script
+from validation import run_all
+from validation.run_all import LONG, SCRIPTS, run, run_script
 from validation.script import Script, new_figure, row, rows_of, table_of
 from validation.shipped import paper_table, scene_name
 
@@ -129,8 +129,8 @@ def test_the_exit_status(
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    monkeypatch.setattr(validation, "why_no_lammps", lambda: missing)
-    monkeypatch.setattr(validation, "SCRIPTS", {"right": small_script(True), "small": small})
+    monkeypatch.setattr(run_all, "why_no_lammps", lambda: missing)
+    monkeypatch.setattr(run_all, "SCRIPTS", {"right": small_script(True), "small": small})
     assert run([]) == status
     out, err = capsys.readouterr()
     assert ("FAIL" in out) == (status == 1)
@@ -143,8 +143,8 @@ def test_the_exit_status(
 
 
 def test_a_script_writes_what_it_measured(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(validation, "why_no_lammps", lambda: None)
-    monkeypatch.setattr(validation, "SCRIPTS", {"small": small_script(True)})
+    monkeypatch.setattr(run_all, "why_no_lammps", lambda: None)
+    monkeypatch.setattr(run_all, "SCRIPTS", {"small": small_script(True)})
     assert run(["-o", str(tmp_path)]) == 0
     table = small_script(True).measure(False, True)
     assert rows_of(pd.read_csv(tmp_path / "small.csv", comment="#")) == rows_of(table)
