@@ -278,7 +278,8 @@ def watched(scene: Scene, legs: Sequence[Leg], strides: Sequence[int]) -> str:
             "undump readings",
         ]
         if leg.steps % stride:
-            lines.append(_write_dump(READINGS, columns))
+            kept = f"modify append yes sort id {_digits(columns)}"
+            lines.append(f"write_dump all custom {READINGS} id {' '.join(columns)} {kept}")
     return "\n".join(lines) + "\n"
 
 
@@ -287,11 +288,6 @@ def _dump(name: str, stride: int, file: str, columns: Sequence[str]) -> list[str
         f"dump {name} all custom {stride} {file} id {' '.join(columns)}",
         f"dump_modify {name} append yes first yes sort id {_digits(columns)}",
     ]
-
-
-def _write_dump(file: str, columns: Sequence[str]) -> str:
-    kept = f"modify append yes sort id {_digits(columns)}"
-    return f"write_dump all custom {file} id {' '.join(columns)} {kept}"
 
 
 def _digits(columns: Sequence[str]) -> str:

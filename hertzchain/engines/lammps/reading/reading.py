@@ -24,7 +24,7 @@ from hertzchain.arrays import FloatArray, Quantity
 from hertzchain.engines.external.program import work_folder
 from hertzchain.engines.lammps import deck
 from hertzchain.engines.lammps.engine import Child, Program, Task, engine
-from hertzchain.engines.lammps.reading.deck import Executed, FoundDeck, FoundRun, FoundWall, scaled
+from hertzchain.engines.lammps.reading.deck import Executed, FoundDeck, FoundRun, scaled
 from hertzchain.engines.lammps.reading.probing import Granules, Probes, Sizes, probe
 from hertzchain.engines.lammps.reading.session import Module, Piped, Session
 from hertzchain.engines.lammps.reading.text import (
@@ -352,8 +352,14 @@ def contents_of(probes: Probes, seen: Watched, applied: Applied, backwards: bool
     end, along = -1 if backwards else 0, granules.axes[0]
     origin = granules.position[end, 0]
     peaks, order = seen.peaks[int(backwards)], granules.order
+    ends = {"first": "last", "last": "first"} if backwards else {"first": "first", "last": "last"}
     led = slice(None) if seen.driven[end] else slice(0)
     sideways = granules.position[:, 1:] - np.median(granules.position[:, 1:], axis=0)
+    remarks = []
+    if probes.why_not is not None:
+        remarks.append(f"the contacts of the granules were not asked: {probes.why_not}")
+    if seen.cleared:
+        remarks.append("what follows the clear after the first chain is another chain's")
     deck = FoundDeck(
         **of(seen, lambda value: value,
              "version", "commands", "first_run", "before", "stopped", "image_force"),
@@ -366,7 +372,10 @@ def contents_of(probes: Probes, seen: Watched, applied: Applied, backwards: bool
         origin=granules.position[end][np.argsort(granules.axes)],
         position=turned(sign * (granules.position[:, 0] - origin)), sideways=turned(sideways, 0),
         constant_force=vectors(applied.constant),
-        walls=tuple(_wall(wall, backwards, origin) for wall in probes.walls),
+        walls=tuple(
+            replace(wall, end=ends[wall.end], position=sign * (wall.position - origin))
+            for wall in probes.walls
+        ),
         integrated=turned(np.where(seen.held, 0, probes.integrated)),
         image_gap=_image_gap(probes),
         fixes=tuple(
@@ -381,7 +390,7 @@ def contents_of(probes: Probes, seen: Watched, applied: Applied, backwards: bool
         peak_force=peaks.force, peak_reading_error=peaks.error, missed_overlap=peaks.missed,
         driven=turned(seen.driven), driven_time=seen.driven_time[led],
         driven_displacement=sign * (seen.driven_ends[led, end] - origin), end_time=seen.time,
-        final_velocity=sign * turned(seen.velocity), remarks=_remarks(seen, probes),
+        final_velocity=sign * turned(seen.velocity), remarks=tuple(remarks),
     )  # fmt: skip
     return scaled(deck, granules.units)
 
@@ -455,20 +464,6 @@ def _image_gap(probes: Probes) -> float | None:
     length = float(granules.high[0] - granules.low[0])
     extent = float(granules.position[-1, 0] - granules.position[0, 0])
     return length - extent - float(granules.radius[0] + granules.radius[-1])
-
-
-def _wall(wall: FoundWall, backwards: bool, origin: float) -> FoundWall:
-    end = {"first": "last", "last": "first"}[wall.end] if backwards else wall.end
-    return replace(wall, end=end, position=(-1.0 if backwards else 1.0) * (wall.position - origin))
-
-
-def _remarks(seen: Watched, probes: Probes) -> tuple[str, ...]:
-    remarks = []
-    if probes.why_not is not None:
-        remarks.append(f"the contacts of the granules were not asked: {probes.why_not}")
-    if seen.cleared:
-        remarks.append("what follows the clear after the first chain is another chain's")
-    return tuple(remarks)
 
 
 _READ_EVERY = 0.2
