@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray, apart, or_none
-from hertzchain.engines.lammps.reading.deck import Executed, FoundDeck, FoundFix, Units
+from hertzchain.engines.lammps.reading.deck import Executed, FoundDeck, Units
 from hertzchain.engines.lammps.reading.text import Edits, lines_of
 from hertzchain.examiner.measured import (
     Law,
@@ -333,15 +333,6 @@ class Case:
         """The reason for the allowed difference of a number."""
         digits = f", and {DIGITS * self.tolerance:g} of the number" if relative else ""
         return f"allowed is what changes no peak by more than {self.tolerance:g}{digits}"
-
-    def pushing(self, granules: Indices) -> list[FoundFix]:
-        """Fixes other than walls that push one of some granules along the chain."""
-        least = ACTS * self.scene.units.force
-        return [
-            fix for fix in self.deck.fixes
-            if not fix.moves and not fix.style.startswith("wall")
-            and float(np.max(fix.largest[granules, 0], initial=0.0)) > least
-        ]  # fmt: skip
 
     def is_of_time(self, index: int) -> bool:
         """Whether a command has a variable that changes in time."""

@@ -788,9 +788,10 @@ def _others(case: Case) -> Iterator[Number]:
             for stretch, more in zip(case.stretches, extra["stretches"], strict=True)
         )
         twin = {"pushed": np.append(case.twin.pushed, extra["pushed"]), "stretches": both}
-    pushing = [fix.command for fix in case.pushing(others)]
+    at = _last_fix(case, lambda fix: not fix.style.startswith("wall") and bool(
+        np.max(fix.largest[others, 0], initial=0.0) > ACTS * case.scene.units.force))  # fmt: skip
     yield Number(int(others.size) + too, 1, -1.0, effect=1.0, sentence=sentence, role="pushed",
-                 twin=twin, at=pushing[-1] if pushing else None)  # fmt: skip
+                 twin=twin, at=at)  # fmt: skip
 
 
 def _pushing(case: Case, pushed: Indices) -> dict[str, Any]:

@@ -134,8 +134,6 @@ def deck(scene: Scene, layout: Layout, answer: KnownAnswer | None = None) -> str
 
     RunFailed for a layout that is only possible for a uniform chain.
     """
-    if (answer is None) != (layout.watch_every == 0):
-        raise SceneError("watch_every", layout.watch_every, "must be 0 where no peaks are known")
     refuse_pair_style(scene, layout.pair_style)
     legs, scaling = similar(scene, layout.step)
     softer, options, watch = scaling.scene(scene), list[str](), []

@@ -120,7 +120,6 @@ def let_go(
 
     ``wall`` is the position of the scene's wall [m], None where it is out of reach.
     """
-    _refuse(scene)
     units, diameter = scene.units, 2 * scene.chain.radius
     # The wall is one more place: half a diameter beyond the last granule when that touches it.
     far = position[-1] + diameter if wall is None else wall + diameter / 2

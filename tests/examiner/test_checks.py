@@ -574,6 +574,11 @@ def test_units_that_are_others(
     assert (first_guess(check) == ("units cgs",)) == is_unit
 
 
+def test_a_pitch_that_is_a_factor_of_the_right_one(scene: hc.Scene, right: FoundDeck) -> None:
+    wide = both(times("position", 1.01), in_texts("group first id 1", "lattice sc 1.01"))
+    assert first_guess(by_name(examined(scene, wide(right)), "distance of")) == ("lattice sc 1",)
+
+
 def test_what_cannot_be_examined(scene: hc.Scene) -> None:
     for limit in (0.0, np.nan):
         with pytest.raises(SceneError, match=f"time_limit = {limit}: must be"):

@@ -293,6 +293,11 @@ def test_files_that_cannot_be_read_are_one_sentence(tmp_path: Path) -> None:
         lint_file(large)
 
 
+def test_a_pair_style_that_is_no_contact_law_is_named() -> None:
+    (finding,) = (f for f in lint(planted(TRAPS["atoms"])) if f.rule == "not-hertz")
+    assert finding.text.startswith("pair_style lj/cut is not a contact of spheres")
+
+
 def test_text_that_is_no_deck_is_named() -> None:
     assert [f.rule for f in bad(lint("Dear all,\nplease find attached.\n"))] == ["no-deck"]
     # An empty variable, which a command line refuses, is read.
