@@ -22,7 +22,7 @@ from hertzchain.arrays import FloatArray
 from hertzchain.errors import Unpredictable
 from hertzchain.observables.peaks import largest_difference
 from tests.drawn_scenes import any_scene, powers_of_ten, pulsed, tabled, under_a_force
-from tests.oracles.eighth_order import solve
+from tests.oracles.extrapolation import solve
 
 EPS = float(np.finfo(np.float64).eps)
 
