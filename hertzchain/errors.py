@@ -34,10 +34,9 @@ class SceneError(HertzchainError, ValueError):
         self, key: str, value: object, allowed: str, file: Path | str | None = None
     ) -> None:
         self.key, self.value, self.allowed, self.file = key, value, allowed, file
-        where = f"{_printable(str(file))}: " if file is not None else ""
-        key = _shortened(_printable(key))
+        where = f"{file}: " if file is not None else ""
         shown = "" if value is None else f" = {_short(value)}"
-        named = f"{key}{shown}: " if key else ""
+        named = f"{_shortened(key)}{shown}: " if key else ""
         super().__init__(f"{where}{named}{allowed}")
 
     def in_file(self, file: Path) -> SceneError:
@@ -132,7 +131,7 @@ def _short(value: object) -> str:
         return "a number of thousands of digits"
     except RecursionError:
         return "a value nested too deeply to be shown"
-    return _shortened(_printable(text))  # an array is shown on many lines
+    return _shortened(text)
 
 
 def _shortened(text: str) -> str:
@@ -142,8 +141,3 @@ def _shortened(text: str) -> str:
 def on_one_line(text: str) -> str:
     """Return text with escapes for all that is not printable, as names of files may have it."""
     return "".join(char if char.isprintable() else repr(char)[1:-1] for char in text)
-
-
-def _printable(text: str) -> str:
-    """Return text on one line: TOML keys and file names may contain line ends."""
-    return text if text.isprintable() else repr(text)

@@ -115,7 +115,7 @@ def outcome(read: Callable[[], object]) -> str:
     assert said.isprintable(), said  # so that it is one line
     if refusal is not None:
         file = str(refusal.file)
-        assert said.startswith((file, repr(file))), said
+        assert said.startswith((file, repr(file)[1:-1])), said
         assert len(said) - len(file) < LONGEST, said
     return said
 
@@ -200,8 +200,7 @@ def test_deep_and_long_scenes_are_refused(tmp_path: Path, text: str) -> None:
 @pytest.mark.parametrize("text", ["", "a = 1", SCENE.replace("60", "0"), TABLE_SCENE])
 def test_names_of_files_are_shown_on_one_line(tmp_path: Path, name: str, text: str) -> None:
     path = _written(tmp_path / name, text.encode())
-    assert repr(str(path)) in outcome(lambda: hc.Scene.from_toml(path))
-    assert str(hc.HertzchainError(name)) == repr(name)[1:-1]
+    assert repr(str(path))[1:-1] in outcome(lambda: hc.Scene.from_toml(path))
 
 
 READERS: list[Callable[[Path], object]] = [hc.Scene.from_toml, read_table_of]

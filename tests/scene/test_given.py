@@ -168,6 +168,9 @@ def test_a_free_striker_touches_a_chain_that_is_pressed_without_it(wall: hc.Wall
 def with_terms(rng: np.random.Generator, longest: int) -> hc.Scene:
     """A damped scene with terms of all kinds; granules move at the start, or any is pushed."""
     scene = with_wall_of_its_own(rng, random_damped_scene(rng, longest))
+    spread = hc.Uncertain("chain.radius", 0.05, relative=True)
+    scatter = hc.Uncertain("chain.radius", 1e-5, uniform=True, each=True)
+    scene = replace(scene, uncertain=(spread, scatter))
     chain = scene.chain
     if isinstance(chain.gap, float) and chain.gap > 0:  # files of granules have 0 before the first
         scene = replace(scene, chain=replace(chain, gap=(0, *[chain.gap] * (chain.granules - 1))))
