@@ -469,28 +469,24 @@ def refuse_strong_dampers(scene: Scene) -> None:
     """Raise a SceneError for dampers too strong for every method; it names the strongest allowed.
 
     Damping given as a restitution is never too strong: its dampers are about as fast as the contact
-    itself.
+    itself. A wall's damper may be as strong as those of the chain.
     """
     contact = scene.contact
     if contact is None or contact.damping == "restitution":
         return
-    key, walls = DAMPING[contact.damping], {"wall": scene.wall, "near_wall": scene.near_wall}
-    # In units of the limit: rates of impossible dampers overflow.
-    # Parameter of dampers that makes their rate negligible
-    unit, nearly_none = contact.with_parameter(1.0), contact.with_parameter(1e-100)
-    own_law = {name: wall for name, wall in walls.items() if wall and wall.own_damping}
-    without: Any = {name: wall.damped(nearly_none) for name, wall in own_law.items()}
-    alone = {"contact": (contact, replace(scene, contact=unit, **without))}
-    for name, wall in own_law.items():
-        damped = replace(scene, contact=nearly_none, **without | {name: wall.damped(unit)})
-        alone[name] = contact.at(wall), damped
-    for section, (law, damped) in alone.items():
-        # Rate of the dampers over that of contacts (chosen); at 1e4 many runs do not progress
-        most = 1e6 / (highest_rate(damped) * scene.contact_time)
-        allowed = (
-            f"must be at most {most:.2g} {keys_of(Contact)[key].unit} in this scene: stronger"
-            " dampers are beyond what can be computed"
-        )
+    key, unit = DAMPING[contact.damping], contact.with_parameter(1.0)
+    walls = {"wall": scene.wall, "near_wall": scene.near_wall}
+    damped = {name: wall for name, wall in walls.items() if wall and wall.own_damping}
+    others: Any = {name: wall.damped(unit) for name, wall in damped.items()}
+    # Rate of the dampers over that of contacts (chosen); at 1e4 many runs do not progress. That of
+    # impossible dampers overflows, so it is computed for a parameter of 1.
+    most = 1e6 / (highest_rate(replace(scene, contact=unit, **others)) * scene.contact_time)
+    allowed = (
+        f"must be at most {most:.2g} {keys_of(Contact)[key].unit} in this scene: stronger dampers"
+        " are beyond what can be computed"
+    )
+    laws = {"contact": contact, **{name: contact.at(wall) for name, wall in damped.items()}}
+    for section, law in laws.items():
         require(law.parameter <= most, f"{section}.{key}", law.parameter, allowed)
 
 

@@ -335,10 +335,12 @@ def test_the_energy_lost_from_a_touch_on(exponent: float) -> None:
 def test_impulse_of_a_bounce_off_a_wall(samples: int) -> None:
     """The wall is touched from 0.37 to 2.37, which are not times of samples."""
     bounces = polynomials(1 - Polynomial([-1.37, 1.0]) ** 2)
-    watch = watched(of_contacts(bounces, np.linspace(0.0, 3.0, samples)), on_held=[1])
+    bounced = of_contacts(bounces, np.linspace(0.0, 3.0, samples))
+    watch = watched(bounced, on_held=[1], has_piston=True)
     # Integral of (1 - s^2)^(3/2) from -1 to 1. An opening just outside an interval leaves most:
     # 9e-7 of the whole.
     assert watch.wall_impulse == pytest.approx(3 * math.pi / 8, rel=1.5e-6, abs=0)
+    assert watch.piston_impulse == watch.wall_impulse  # the same contact is the first
 
 
 # Histories
