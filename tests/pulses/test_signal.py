@@ -195,6 +195,9 @@ def test_what_is_given_in_doubt_is_used() -> None:
     signal, clean = pulse_of(spiked(), **AROUND), pulse_of(recording(noisy().force), **AROUND)
     assert signal.force.tolist() == clean.force.tolist()
     assert signal.baseline == clean.baseline
+    inside = TIME < START + DURATION / 2
+    ended = pulse_of(Recording(TIME[inside], CLEAN[inside], 1.0, ()))
+    assert ended.start + ended.time[-1] == pytest.approx(TIME[inside][-1], rel=1e-12)
     late = pulse_of(begun_late(0.6), baseline=4.5)
     # Five standard deviations of a sample, of 1 N each.
     assert late.force.max() == pytest.approx(FORCE * np.sin(np.pi * 0.6) ** 2, abs=5)
