@@ -91,6 +91,7 @@ def test_noise_of_digits_and_of_what_is_no_digit() -> None:
     force = np.round(CLEAN / 0.5) * 0.5
     assert resolution_of(force) == pytest.approx(0.5, rel=1e-12)
     assert resolution_of(CLEAN[300:800]) == 0
+    assert noise_within(np.zeros(20), 1.0, 0.5).deviation == pytest.approx(0.5 / np.sqrt(12))
     assert pulse_of(recording(force)).noise.deviation == pytest.approx(0.5 / np.sqrt(12))
     rectangle = pulse_of(recording(np.where((TIME > 0) & (TIME < 70e-6), FORCE, 0.0)))
     assert (rectangle.noise.deviation, rectangle.force.max()) == (0, FORCE)
