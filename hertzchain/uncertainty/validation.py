@@ -260,11 +260,12 @@ def of_validation(validation: Validation) -> Document:
             ],
             [*validation.remarks, *validation.judgement.reference.warnings],
         ),
-        answers=Table(
-            "Comparison errors and uncertainties",
-            _UNCERTAINTIES,
-            [*map(_row_of_number, compared.itertuples())],
-        ),
+        tables=[
+            Table(
+                "Comparison errors and uncertainties", "Comparison errors and uncertainties",
+                _UNCERTAINTIES, [*map(_row_of_number, compared.itertuples())],
+            )
+        ],
         remarks=(sentence.removesuffix("."), *validation.remarks),
         facts=[
             ("the run begins at", f"{validation.judgement.shift:.6g} s of the measured clock"),

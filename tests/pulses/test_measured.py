@@ -21,7 +21,7 @@ from hertzchain.pulses.pulse import (
 )
 from hertzchain.pulses.recording import Noise, Recording
 from hertzchain.report.console import plain_text
-from hertzchain.report.pulse import _with_deviation, plot_pulse, print_pulse
+from hertzchain.report.signals import _with_deviation, plot_pulse, print_pulse
 from hertzchain.scene.shocks import PulseTable, profile_named
 from hertzchain.scene.starters import write_starter
 from tests.conftest import STEEL
