@@ -125,6 +125,12 @@ def test_a_charge_amplifier_forgets_a_step_by_its_time_constant() -> None:
         (["striker.velocity", "gauge_4.drift[2]"], "is not a key of a gauge"),
         (["gauge_4.drift"], "must have a key of the scene, a gain or a droop, too"),
         (["striker.velocity", "gauge_4.drift", "gauge_4.drift"], "names a key twice"),
+        (["chain.granules"], "must have a number other than 0"),
+        (["chain.gap"], "must have a number other than 0"),
+        (["wall.young_modulus"], "the scene has no"),
+        ([], "must be a list of keys"),
+        (["striker.velocity=1:2"], "is 0.5 m/s, must be within 1 and 2 m/s, to"),
+        (["chain.young_modulus=180 GPa"], "must be the ends of its range"),
         # A hundredth of a period is a line.
         (["striker.velocity", "gauge_4.hum=12 Hz"], "or free a drift in its place"),
     ],

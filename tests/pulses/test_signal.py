@@ -91,6 +91,7 @@ def test_noise_of_digits_and_of_what_is_no_digit() -> None:
     force = np.round(CLEAN / 0.5) * 0.5
     assert resolution_of(force) == pytest.approx(0.5, rel=1e-12)
     assert resolution_of(CLEAN[300:800]) == 0
+    assert noise_within(np.zeros(20), 1.0, 0.5).deviation == pytest.approx(0.5 / np.sqrt(12))
     assert pulse_of(recording(force)).noise.deviation == pytest.approx(0.5 / np.sqrt(12))
     rectangle = pulse_of(recording(np.where((TIME > 0) & (TIME < 70e-6), FORCE, 0.0)))
     assert (rectangle.noise.deviation, rectangle.force.max()) == (0, FORCE)
@@ -195,6 +196,9 @@ def test_what_is_given_in_doubt_is_used() -> None:
     signal, clean = pulse_of(spiked(), **AROUND), pulse_of(recording(noisy().force), **AROUND)
     assert signal.force.tolist() == clean.force.tolist()
     assert signal.baseline == clean.baseline
+    inside = TIME < START + DURATION / 2
+    ended = pulse_of(Recording(TIME[inside], CLEAN[inside], 1.0, ()))
+    assert ended.start + ended.time[-1] == pytest.approx(TIME[inside][-1], rel=1e-12)
     late = pulse_of(begun_late(0.6), baseline=4.5)
     # Five standard deviations of a sample, of 1 N each.
     assert late.force.max() == pytest.approx(FORCE * np.sin(np.pi * 0.6) ** 2, abs=5)

@@ -152,7 +152,7 @@ def test_a_scene_that_crashes_lammps_is_a_row_with_the_reason(
     failed = lammps["failure"].notna()
     assert (failed == (lammps["chain.granules"] == 13)).all()
     assert set(lammps.loc[failed, "failure"]) == {
-        "LAMMPS crashed (SIGSEGV); hertzchain doctor says whether it works here"
+        "LAMMPS ended with SIGSEGV; hertzchain doctor says whether it works"
     }
     # What both have is right: two independent codes, each within its own error.
     both = lammps[~failed].merge(native, on="scene", suffixes=("", "_native"))

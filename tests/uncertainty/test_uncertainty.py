@@ -65,6 +65,7 @@ def test_every_result_goes_with_powers_of_modulus_and_speed() -> None:
         assert text.count(" none") == 0
     assert spread.deviation[k] / nominal == pytest.approx(np.hypot(0.02, 0.0277), rel=0.1)
     assert "contact 5" in repr(spread)
+    assert "contact 6" not in repr(spread)
     assert len(spread.plot().axes) == 2
 
 
