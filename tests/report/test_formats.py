@@ -112,10 +112,11 @@ def test_text(shown: Shown) -> None:
         assert " ".join(check.name.split()) in words
         assert check.passed or " ".join(check.reason.split()) in words
     assert words.count(" FAIL ") >= sum(not check.passed for check in document.checks)
-    narrow = plain_text(lambda console: print_document(console, document), 40).splitlines()
+    narrow = plain_text(lambda console: print_document(console, document), 20).splitlines()
     for finding in document.findings:
         assert all(" ".join(said.split()) in words for said in finding.sentences)
-        for place, written, commands in finding.right:  # on one line, to be copied
+        lines = [*finding.right] or [(finding.place, finding.written, [])] * bool(finding.place)
+        for place, written, commands in lines:  # on one line each, to be copied
             assert f"   {place}: {written}".rstrip() in narrow
             assert {f"   right: {command}" for command in commands} <= {*narrow}
     for _, value in document.facts:
