@@ -91,7 +91,10 @@ def _command(answering: Callable[..., Answer | Sequence[Written] | None]) -> Cal
     if answer_type is Answer:
         as_json = Parameter("as_json", Parameter.KEYWORD_ONLY, default=False, annotation=bool)
         parameters.append(_option(as_json, {}))
-    files = [option.name for option in parameters if option.name in _FILES]
+    read = [
+        p.name for p in signature(answering).parameters.values() if p.kind is not p.KEYWORD_ONLY
+    ]
+    files = [p.name for p in parameters if p.name in _FILES and p.name not in read]
 
     @wraps(answering)
     def run(**given: OptionValue) -> None:

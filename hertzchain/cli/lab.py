@@ -133,7 +133,7 @@ def judge(
     """
     from hertzchain.pulses.recording import read_columns
     from hertzchain.report.contents import document_of
-    from hertzchain.uncertainty.validation import SEEN, validate
+    from hertzchain.uncertainty.validation import SEEN, Validation, of_validation, validate
     from hertzchain.verdict.results import is_train, judge_trains
     from hertzchain.verdict.results import judge as judge_peaks
     from hertzchain.verdict.traces import is_traces, judge_traces, names_in
@@ -166,7 +166,8 @@ def judge(
             judged = judge_trains(loaded, results[0], **how)
         else:
             judged = judge_peaks(loaded, results, units=units.value, dt=step, **how)
-    return shown.answer(document_of(judged), scene, [results[0], results[-1]])
+    document = of_validation(judged) if isinstance(judged, Validation) else document_of(judged)
+    return shown.answer(document, scene, [results[0], results[-1]])
 
 
 @dataclass(frozen=True)
@@ -297,7 +298,7 @@ def spread(
     """
     from hertzchain.report.files import check_format, write_result
     from hertzchain.uncertainty import spread as spreads
-    from hertzchain.uncertainty.shown import plot_spread, print_spread
+    from hertzchain.uncertainty.spread import plot_spread, print_spread
 
     check_format(output, "result")
     loaded, limit = options.load_scene(scene), options.to_time_limit(time_limit)

@@ -12,7 +12,7 @@ from xml.etree import ElementTree
 import pytest
 
 from hertzchain.cli.doctor import PACKAGES
-from hertzchain.scene.starters import STARTERS
+from hertzchain.scene.starters import STARTERS, title_of
 from tests.cli.short_chain import GET_IT, scene_file
 from tests.command_line import Command, is_refused
 from tests.examiner.corpus import FOLDER
@@ -41,7 +41,7 @@ def test_every_kind_can_be_asked_for(hertzchain: Command, kind: str, tmp_path: P
     done = hertzchain("init", path, "--from", kind)
     assert done.status == 0
     assert f"compare '{path}'" in done.out
-    assert path.read_text(encoding="utf-8").startswith(f"# {STARTERS[kind].title}\n")
+    assert path.read_text(encoding="utf-8").startswith(f"# {title_of(kind)}\n")
 
 
 def test_a_file_is_not_replaced(hertzchain: Command, tmp_path: Path) -> None:
