@@ -200,7 +200,7 @@ def test_every_command_has_help(hertzchain: Command, command: str | None) -> Non
         assert [name for name in COMMANDS if name not in said] == []
         assert "..." not in said  # no description is cut
     else:  # each option has its help
-        assert not re.search(r"^  (-\w, )?--[\w-]+( \S+)?$", short.out, re.M)
+        assert not re.search(r"^  (-\w, )?--[\w-]+( \S+)?\n(?! {10})", short.out, re.M)
 
 
 def test_a_unit_that_was_forgotten_is_remarked_on(hertzchain: Command) -> None:
