@@ -3,15 +3,13 @@
 One more scene has damped contacts, unlike granules, a striker and a wall.
 
 Three codes with three pair laws, three integrators and three authors find the same peaks. Their
-peaks are kept in ``validation/results/engines.csv``, which can be read without installing them; a
-test computes the native column again and compares the others with it.
+peaks are kept in ``validation/results/engines.csv``, which can be read without installing them.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -21,7 +19,7 @@ import hertzchain as hc
 from hertzchain.arrays import FloatArray
 from hertzchain.observables.peaks import largest_difference
 from validation.script import Row, Script, progress, row
-from validation.shipped import HERE, STEEL, load, table_scenes
+from validation.shipped import STEEL, load, table_scenes
 
 TITLE = "Every engine at the same steps, largest difference of a peak"
 
@@ -37,8 +35,6 @@ another: they are read every 0.3 natural time units, and native at every step, s
 the interpolation between readings. Those of the damped scene are read as native is: 1e-11."""
 
 REASON = "same scheme, same steps, as a fraction of the peak: seven digits"
-
-RECORDED = HERE / "results" / "engines.csv"
 
 ENGINES: Mapping[str, Callable[[float], hc.Lammps | hc.Liggghts | hc.Yade]] = {
     "lammps": hc.Lammps,
@@ -110,18 +106,6 @@ def promises(table: pandas.DataFrame) -> list[Row]:
         for name, frame in table.groupby("scene", sort=False)
         for engine in ENGINES
     ]
-
-
-def recorded(path: Path = RECORDED) -> dict[str, tuple[float, dict[str, FloatArray]]]:
-    """The step [s] and the peaks of each engine [N] that were recorded, by scene."""
-    table = pandas.read_csv(path, comment="#")
-    return {
-        str(name): (
-            float(frame["dt_s"].iloc[0]),
-            {who: frame[f"{who}_N"].to_numpy(np.float64) for who in ("native", *ENGINES)},
-        )
-        for name, frame in table.groupby("scene", sort=False)
-    }
 
 
 SCRIPTS = {

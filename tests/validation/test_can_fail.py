@@ -14,8 +14,8 @@ import pytest
 import hertzchain as hc
 from tests.validation.test_validation import RESULTS
 from validation import constants, limits
-from validation.__main__ import SCRIPTS
 from validation.physics import chains, known_numbers, precompression, published
+from validation.run_all import SCRIPTS
 from validation.script import Row
 
 JUDGED = {

@@ -15,8 +15,8 @@ from hertzchain.verdict.tradeoff import WAYS
 from tests import scenes
 from tests.conftest import paper_scene
 from validation import bench_before, error_bounds, extremes
-from validation.__main__ import run
 from validation.benchmarks import TERMS, Measured, keep
+from validation.run_all import run
 
 
 def test_the_median_ratio_of_paired_turns_counts(capsys: pytest.CaptureFixture[str]) -> None:
