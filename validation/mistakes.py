@@ -22,7 +22,6 @@ from hertzchain.engines.lammps import deck
 from hertzchain.engines.lammps.dialect import NO_FRICTION
 from hertzchain.engines.native import simulation
 from hertzchain.engines.native.simulation import Prepared
-from hertzchain.observables.error_bound import Peaks
 from hertzchain.observables.samples import Samples
 from hertzchain.observables.watch import PeakWatch
 from hertzchain.scene import schedule
@@ -218,14 +217,10 @@ def peaks_of_samples_everywhere() -> Iterator[None]:
     def of_prepared(prepared: Prepared, *arguments: Any, **options: Any) -> simulation.Simulation:
         return in_numpy(prepared.scene, *arguments, **options)
 
-    def peaks_alone(prepared: Prepared, *arguments: Any) -> Peaks:
-        return in_numpy(prepared.scene, *arguments).peaks
-
     with (
         peaks_of_samples(),
         patch.object(run_checks, "simulate", in_numpy),
         patch.object(Prepared, "simulate", of_prepared),
-        patch.object(Prepared, "peaks", peaks_alone),
     ):
         yield
 

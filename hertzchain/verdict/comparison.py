@@ -7,7 +7,7 @@ The formulas never decide.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -161,7 +161,46 @@ def compare(
     scene = to_scene(scene)
     given = _by_name(compared_by_default() if engines is None else engines)
     with telling(progress) as report_progress:
-        return _compared(scene, given, record, as_written, report_progress)
+        reference = _reference(given)
+        report_progress("native: the reference method")
+        native = reference.run(scene, record)
+        scene = native.scene  # with its end
+        checks = [*balance_checks(native), yardstick_check(native)]
+        if as_written or is_quickly_written(native):
+            report_progress("native: Eq. 1 as it is written")
+            check = as_written_check(native, reference.time_limit)
+            # A time limit is not a verdict on what passed.
+            checks += [check] if as_written or check.measured is not None else []
+        else:
+            said = "native: Eq. 1 as it is written takes long; ask for it with --as-written"
+            report_progress(said)
+        results, missing = {"native": native}, False
+        for name in others():
+            if name not in given:
+                continue
+            engine = given[name] or ENGINES[name].make(
+                time_limit=reference.time_limit, rtol=usual_accuracy(scene)
+            )
+            try:
+                report_progress(f"{label_of(name)}: the generated deck")
+                results[name] = engine.run(scene, record)
+            except BackendMissing as problem:
+                missing = True
+                checks.append(unmeasured(NOT_RUN, name, str(problem)))
+                continue
+            except RunFailed as problem:
+                checks.append(unmeasured(FAILED, name, str(problem)))
+                if isinstance(problem, OverlapTooLarge | TooExpensive):
+                    continue
+            if isinstance(engine, Lammps):
+                report_progress("LAMMPS: reading the deck back")
+                checks += examined(scene, engine)
+            if name in results:
+                if results[name].scheme == "velocity-verlet":
+                    report_progress(f"native: velocity Verlet at the steps of {label_of(name)}")
+                checks += code_checks(results[name], native, engine.time_limit)
+    wanted = tuple(name for name in ENGINES if name in ("native", *given))
+    return Comparison(scene, results, wanted, formulas(native), tuple(checks), missing)
 
 
 def _by_name(engines: Sequence[str | Simulator]) -> dict[str, Simulator | None]:
@@ -189,52 +228,3 @@ def _reference(given: Mapping[str, Simulator | None]) -> Native:
     reference = Native("reference", time_limit=native.time_limit)
     require(native == reference, "engines", native, allowed)
     return reference
-
-
-def _compared(
-    scene: Scene,
-    given: Mapping[str, Simulator | None],
-    record: ArrayLike | None,
-    as_written: bool,
-    report_progress: Callable[[str], object],
-) -> Comparison:
-    """Compare as ``compare`` does, with the engines by name."""
-    reference = _reference(given)
-    report_progress("native: the reference method")
-    native = reference.run(scene, record)
-    scene = native.scene  # with its end
-    checks = [*balance_checks(native), yardstick_check(native)]
-    if as_written or is_quickly_written(native):
-        report_progress("native: Eq. 1 as it is written")
-        check = as_written_check(native, reference.time_limit)
-        if as_written or check.measured is not None:  # a time limit is not a verdict on what passed
-            checks.append(check)
-    else:
-        report_progress("native: Eq. 1 as it is written takes long; ask for it with --as-written")
-    results, missing = {"native": native}, False
-    for name in others():
-        if name not in given:
-            continue
-        engine = given[name] or ENGINES[name].make(
-            time_limit=reference.time_limit, rtol=usual_accuracy(scene)
-        )
-        try:
-            report_progress(f"{label_of(name)}: the generated deck")
-            results[name] = engine.run(scene, record)
-        except BackendMissing as problem:
-            missing = True
-            checks.append(unmeasured(NOT_RUN, name, str(problem)))
-            continue
-        except RunFailed as problem:
-            checks.append(unmeasured(FAILED, name, str(problem)))
-            if isinstance(problem, OverlapTooLarge | TooExpensive):
-                continue
-        if isinstance(engine, Lammps):
-            report_progress("LAMMPS: reading the deck back")
-            checks += examined(scene, engine)
-        if name in results:
-            if results[name].scheme == "velocity-verlet":
-                report_progress(f"native: velocity Verlet at the steps of {label_of(name)}")
-            checks += code_checks(results[name], native, engine.time_limit)
-    wanted = tuple(name for name in ENGINES if name in ("native", *given))
-    return Comparison(scene, results, wanted, formulas(native), tuple(checks), missing)

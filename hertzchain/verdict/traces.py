@@ -185,24 +185,12 @@ def _named(read: Columns, columns: Mapping[str, str]) -> list[tuple[str, tuple[s
 
 
 def read_traces(scene: Scene, results: Source, columns: Mapping[str, str]) -> Traces:
-    """Return the traces of a file or a pandas table.
+    """Return the traces of a file or a pandas table with a column of times.
 
-    Parameters
-    ----------
-    scene
-        The scene, which limits the possible gauges.
-    results
-        A text file in any layout, as oscilloscopes write it, or a table; with a column of times.
-    columns
-        Columns by ``time``, ``gauge_16``, ``contact_10``, ``wall``: names or numbers from 1, with
-        the size of their unit, ``"CH1 [25 N]"``. Without them columns of these names are taken.
-
-    Raises
-    ------
-    SceneError
-        For gauges that the scene cannot have, and samples without information.
-    HertzchainError
-        For a file that cannot be read, or columns that it does not have.
+    ``columns`` are those by ``time``, ``gauge_16``, ``contact_10``, ``wall``: names or numbers from
+    1, with the size of their unit, ``"CH1 [25 N]"``. Without them columns of these names are taken.
+    SceneError for gauges that the scene cannot have, and samples without information;
+    HertzchainError for a file that cannot be read, or columns that it does not have.
     """
     read = results if isinstance(results, Columns) else _columns_of(results)
     of_times = [(name, "") for name in read.names if _TIME.fullmatch(name)]
@@ -410,6 +398,8 @@ def shift_of(traces: Traces, expected: Expected) -> float:
     It is the time with the largest correlation of all gauges with the reference, independent of
     their gain. SceneError if the correlation is larger with the opposite sign.
     """
+    from scipy.signal import fftconvolve
+
     whole = [k for k, reading in enumerate(expected.readings) if np.isfinite(reading.width)]
     step = float(min(expected.readings[k].width for k in whole)) / _SHIFTS_PER_WIDTH
     size = int((traces.time[-1] - traces.time[0]) / step) + 1
@@ -425,8 +415,8 @@ def shift_of(traces: Traces, expected: Expected) -> float:
         measured = np.interp(grid, traces.time, force)
         model = expected.at(k, clock)
         scale = np.max(np.abs(model)) ** 2
-        energy += _correlation(measured**2, np.ones(clock.size)) / scale
-        product += _correlation(measured, model) / scale
+        energy += fftconvolve(measured**2, np.ones(clock.size)) / scale
+        product += fftconvolve(measured, model[::-1]) / scale
         total += float(np.sum(model**2)) / scale
     # With hardly any signal a correlation is by chance.
     least = 1e-6 * float(np.max(energy))
@@ -434,14 +424,6 @@ def shift_of(traces: Traces, expected: Expected) -> float:
     allowed = "are upside down: give a negative unit, such as 'gauge_16=CH1 [-25 N]'"
     require(bool(np.max(correlation) >= -np.min(correlation)), "forces", None, allowed)
     return float(traces.time[0] + step * (int(np.argmax(correlation)) - clock.size + 1))
-
-
-def _correlation(values: FloatArray, model: FloatArray) -> FloatArray:
-    """Return the correlation at all shifts, as ``scipy.signal``, which takes long to load."""
-    size = values.size + model.size - 1
-    length = 1 << size.bit_length()
-    product = np.fft.rfft(values, length) * np.fft.rfft(model[::-1], length)
-    return np.asarray(np.fft.irfft(product, length)[:size])
 
 
 def matched(

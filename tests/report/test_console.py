@@ -320,6 +320,12 @@ def test_a_prediction_shows_the_transition_and_both_equations(demo: hc.Scene) ->
     assert rows[-1] == ["10", "149.59", "149.59", "+0.0%"]
     assert rows[0][4:] == ["-0.7%", "-0.7%"]
     assert "(50 more contacts, up to 60, are shown by --json)" in text
+    labels = ("transition, p", "p of Eq. 3", "solitary wave, F_SW", "far-field force",
+              "error, at most", "speed, V_SW", "momentum, L_SW")  # fmt: skip
+    assert re.findall(f"^ ({'|'.join(map(re.escape, labels))})  ", text, re.M) == [*labels]
+    two = prediction_text(replace(predicted, candidates=(9, 10)))
+    said = "9 or 10 granules; F_SW and the equations are with 9"
+    assert line_of(two, "transition, p") == said
     assert line_of(text, "transition, p") == "9 granules"
     assert line_of(text, "p of Eq. 3") == "8.25"
     assert line_of(text, "solitary wave, F_SW") == "149.59 N"

@@ -288,3 +288,10 @@ def test_what_cannot_be_drawn_is_refused(runs: list[hc.Result]) -> None:
             hc.HertzchainError, match=r"must be (2 values, each|a width and a height)"
         ):
             runs[0].plot(size)  # type: ignore[arg-type]
+
+
+def test_times_of_a_plot_fit_into_memory(demo: hc.Scene) -> None:
+    """Four million forces at most, and never fewer than two times."""
+    for granules, times in ((8_000, 500), (4_000_000, 2)):
+        long = replace(demo, chain=replace(demo.chain, granules=granules))
+        assert plot_times(long).tolist() == [*np.linspace(0.0, long.end_time, times)]

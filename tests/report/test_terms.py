@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import ase.io
@@ -36,18 +37,25 @@ def arrays_of(frames: list[Atoms]) -> dict[str, FloatArray]:
     return arrays | {"pos": np.array([frame.get_positions() for frame in frames])}
 
 
-def test_a_trajectory_read_back_vs_the_history(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("peak_force", "units"), [(100.0, (1e-6, 1e-3, 1.0)), (1000.0, (1e-6, 1.0, 1e3))]
+)
+def test_a_trajectory_read_back_vs_the_history(
+    peak_force: float, units: tuple[float, float, float], tmp_path: Path
+) -> None:
     """To the last digit that is written."""
     scene = paper_scene("cosine", 1.0, 2.0, granules=12)
+    assert scene.pulse is not None
+    scene = replace(scene, shock=replace(scene.pulse, peak_force=peak_force))
     result = recorded(scene, 400)
     history = result.history
     hc.write_trajectory(result, tmp_path / "motion.xyz")
     frames = read(tmp_path / "motion.xyz", index=":")
     arrays = arrays_of(frames)
     assert len(frames) == 400
-    names = {"length_unit_m": 1e-6, "velocity_unit_m_s": 1e-3, "force_unit_N": 1.0}
-    length, velocity, force = (frames[0].info[name] for name in names)
-    assert (length, velocity, force) == tuple(names.values())
+    names = ("length_unit_m", "velocity_unit_m_s", "force_unit_N")
+    assert tuple(frames[0].info[name] for name in names) == units
+    length, velocity, force = units
     assert [frame.info["time_s"] for frame in frames] == history.time.tolist()
     sites = 2 * scene.chain.radius * np.arange(12)
     exact = HALF_A_DIGIT * length
@@ -66,9 +74,9 @@ def test_a_trajectory_read_back_vs_the_history(tmp_path: Path) -> None:
     assert np.unique(arrays["radius"] * length) == pytest.approx([4.75e-3], rel=1e-12, abs=0)
     assert (arrays["id"] == np.arange(1, 13)).all()
     contact = arrays["contact_force"] * force
-    assert contact[:, 1:] == pytest.approx(history.contact_force, rel=0, abs=HALF_A_DIGIT)
+    assert contact[:, 1:] == pytest.approx(history.contact_force, rel=0, abs=HALF_A_DIGIT * force)
     assert contact[:, 0] == pytest.approx(
-        scene.applied_force(history.time), rel=0, abs=HALF_A_DIGIT
+        scene.applied_force(history.time), rel=0, abs=HALF_A_DIGIT * force
     )
     # 400 frames are 0.1 natural units apart: the highest is (0.05)^2 of a peak too low at most.
     assert contact[:, 1:].max(axis=0) == pytest.approx(result.peak_force, rel=5e-3, abs=0)

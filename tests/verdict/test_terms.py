@@ -73,7 +73,7 @@ WALLED = hc.Scene(hc.Chain(3, **STEEL), PULSE, wall=hc.Wall("same"))
 MISTAKES: dict[str, tuple[hc.Scene, Plant]] = {
     "another restitution": (
         replace(WALLED, contact=LAWS["restitution"]),
-        in_set_up(('restitution string 0.8"', 'restitution string 0.800001"')),
+        in_set_up(("${k1_1} 0.8 ", "${k1_1} 0.800001 ")),
     ),
     "contacts that pull": (
         replace(WALLED, contact=hc.Contact("dashpot", coefficient=500.0)),

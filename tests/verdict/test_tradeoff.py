@@ -73,24 +73,6 @@ def test_all_settings_of_all_contenders_are_measured(whole: Tradeoff) -> None:
                 assert row.step == row.natural_step * whole.scene.units.time
 
 
-# LAMMPS
-
-
-@pytest.mark.lammps
-def test_lammps_is_measured_plain_and_extrapolated(scene: hc.Scene) -> None:
-    measured = tradeoff(scene, ["LAMMPS"], enough=0.0)
-    for row in rows_of(measured, "LAMMPS"):
-        assert row.step is not None
-        assert row.force_evaluations == sum(leg.steps for leg in scene.schedule(row.step))
-    for row in rows_of(measured, "LAMMPS, extrapolated"):
-        assert row.step is not None
-        assert row.force_evaluations == 3 * sum(leg.steps for leg in scene.schedule(2 * row.step))
-    plain = {row.natural_step: row.error for row in rows_of(measured, "LAMMPS")}
-    better = {row.natural_step: row.error for row in rows_of(measured, "LAMMPS, extrapolated")}
-    for step in (0.05, 0.025, 0.0125):
-        assert better[step] < plain[step] / 50
-
-
 # Measuring
 
 
