@@ -40,6 +40,10 @@ class SceneError(HertzchainError, ValueError):
         named = f"{key}{shown}: " if key else ""
         super().__init__(f"{where}{named}{allowed}")
 
+    def in_file(self, file: Path) -> SceneError:
+        """Return the same error with the file, unless it has one."""
+        return SceneError(self.key, self.value, self.allowed, self.file or file)
+
     def __reduce__(self) -> tuple[type[SceneError], tuple[object, ...]]:
         """Support pickling."""
         return type(self), (self.key, self.value, self.allowed, self.file)

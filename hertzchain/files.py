@@ -5,14 +5,11 @@ from __future__ import annotations
 import errno
 import os
 import select
-import shutil
-import signal
 import stat
-import tempfile
-import threading
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import ExitStack
 from pathlib import Path
-from typing import Any, Self
+from tempfile import TemporaryDirectory
 
 from hertzchain.errors import OutputError
 
@@ -98,67 +95,23 @@ def _write(writers: Mapping[Path, Callable[[Path], object]]) -> None:
     """Write files next to their places, then move all of them there."""
     for path in writers:
         check_writable(path)
-    folders: list[str] = []
     moves: list[tuple[Path, Path]] = []
     path = Path()
     try:
-        with _Undisturbed() as signals:
-            try:
-                for path, write in writers.items():
-                    target = part = path
-                    if not path.exists() or path.is_file():  # a pipe or a device stays what it is
-                        target = path.resolve()  # target of a link
-                        target.parent.mkdir(parents=True, exist_ok=True)
-                        folders.append(tempfile.mkdtemp(prefix=".hertzchain-", dir=target.parent))
-                        part = Path(folders[-1]) / path.name
-                        moves.append((part, target))
-                    try:
-                        signals.let_through()
-                        write(part)
-                    finally:
-                        signals.let_wait()
-                for part, path in moves:
-                    part.replace(path)
-            finally:
-                for folder in folders:
-                    shutil.rmtree(folder, ignore_errors=True)
+        with ExitStack() as folders:
+            for path, write in writers.items():
+                target = part = path
+                if not path.exists() or path.is_file():  # a pipe or a device stays what it is
+                    target = path.resolve()  # target of a link
+                    target.parent.mkdir(parents=True, exist_ok=True)
+                    folder = TemporaryDirectory(prefix=".hertzchain-", dir=target.parent)
+                    part = Path(folders.enter_context(folder)) / path.name
+                    moves.append((part, target))
+                write(part)
+            for part, path in moves:
+                part.replace(path)
     except (OSError, UnicodeError) as problem:  # UnicodeError: text that UTF-8 cannot encode
         raise _unwritable(path, problem) from None
-
-
-class _Undisturbed:
-    """Context in which Ctrl-C and SIGTERM wait, so that no temporary file is left behind."""
-
-    def __init__(self) -> None:
-        self._waiting: list[int] = []
-        self._handlers: dict[signal.Signals, Any] = {}
-        if threading.current_thread() is threading.main_thread():  # where handlers run
-            # SIGTERM first: it ends the program, so that a lost Ctrl-C does not matter.
-            handlers = {stop: signal.getsignal(stop) for stop in (signal.SIGTERM, signal.SIGINT)}
-            self._handlers = {stop: how for stop, how in handlers.items() if how is not None}
-
-    def __enter__(self) -> Self:
-        try:
-            self.let_wait()
-        except BaseException:
-            self.let_through()
-            raise
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.let_through()
-
-    def let_wait(self) -> None:
-        """Let both signals wait from now on."""
-        for number in self._handlers:
-            signal.signal(number, lambda number, _: self._waiting.append(number))
-
-    def let_through(self) -> None:
-        """Restore the handlers of both signals, and deliver those that waited."""
-        for number, handler in self._handlers.items():
-            signal.signal(number, handler)
-        while self._waiting:
-            signal.raise_signal(self._waiting.pop())
 
 
 def check_writable(path: Path | str) -> None:

@@ -503,19 +503,16 @@ _COEFFICIENTS = np.log(np.geomspace(1e-6, 2.2, 14)).tolist()
 
 def damping(case: Case) -> Iterator[Mistake]:
     """Yield no damping, contacts that pull or not, and each law with any coefficient."""
-    scene, right = case.scene, case.scene.contact
-    without, pulls = case.size, right is not None and right.attraction
-    walls: dict[str, Any] = {
-        name: wall.damped(None)
-        for name in ("wall", "near_wall")
-        if (wall := getattr(scene, name)) is not None
-    }
+    scene, right, without = case.scene, case.scene.contact, case.size
+    pulls = right is not None and right.attraction
+    walls: Any = {name: wall.damped(None) for name in ("wall", "near_wall")
+                  if (wall := getattr(scene, name)) is not None}  # fmt: skip
 
     def peaks(contact: Contact | None) -> FloatArray:
         return case.of(replace(scene, contact=contact, **walls))
 
-    def fitted(contact: partial[Contact], log: float) -> FloatArray:
-        return peaks(contact(log))
+    def fitted(law: DampingLaw, log: float) -> FloatArray:
+        return peaks(contact_of(scene, law, log, pulls))
 
     if right is not None:
         elastic = peaks(None)
@@ -524,13 +521,12 @@ def damping(case: Case) -> Iterator[Mistake]:
         text = "contacts that are kept from pulling" if pulls else "contacts that pull as they open"
         yield fixed(text, peaks(replace(right, attraction=not pulls)))
     for law in DAMPING:
-        contact = partial(contact_of, scene, law, attraction=pulls)
-        words = partial(damping_in_words, scene, contact)
         # A law of damping is named if it leaves 1/3 of what no damping leaves (chosen)
-        yield Mistake(words, partial(fitted, contact), _COEFFICIENTS, without / 3.0)
+        words = partial(damping_in_words, scene, law)
+        yield Mistake(words, partial(fitted, law), _COEFFICIENTS, without / 3.0)
 
 
-def contact_of(scene: Scene, law: DampingLaw, log: float, attraction: bool) -> Contact:
+def contact_of(scene: Scene, law: DampingLaw, log: float, pulls: bool = False) -> Contact:
     """Return a law of damping by the logarithm of its coefficient in natural units.
 
     The coefficient is c in F = d^(3/2) + c d^q d', and alpha in the law of restitution.
@@ -541,23 +537,23 @@ def contact_of(scene: Scene, law: DampingLaw, log: float, attraction: bool) -> C
         "viscoelastic": strength / 1.5 * units.time,
         "dashpot": strength * units.force * units.time / units.length,
     }[law]
-    return Contact(law, attraction=attraction, **{DAMPING[law]: parameter})
+    return Contact(law, attraction=pulls, **{DAMPING[law]: parameter})
 
 
-def damping_in_words(scene: Scene, contact: partial[Contact], log: float) -> str:
+def damping_in_words(scene: Scene, law: DampingLaw, log: float) -> str:
     """Return words for a law of damping with a fitted coefficient, in place of the scene's."""
-    fitted, right = contact(log), scene.contact
+    fitted, right = contact_of(scene, law, log), scene.contact
     if right is None:
         return _described(fitted)
-    if right.damping != fitted.damping:
+    if right.damping != law:
         return f"{_described(fitted)} in place of {_described(right)}"
     if right.restitution is None:
         factor = fitted.parameter / right.parameter
     else:
         factor = math.exp(log) / math.sqrt(5) / damping_ratio(right.restitution)
-    text = f"{_described(fitted)} in place of {_value(right)}"
+    text = f"{_described(fitted)} in place of {_described(right).rpartition(_LAWS[law])[2].strip()}"
     text += f" (coefficient {factor:.4g} times the scene's)"
-    return _named(text, near(slips_of(scene, right.damping), factor))
+    return _named(text, near(slips_of(scene, law), factor))
 
 
 _LAWS = {
@@ -568,13 +564,9 @@ _LAWS = {
 
 
 def _described(contact: Contact) -> str:
-    return f"{_LAWS[contact.damping]} {_value(contact)}"
-
-
-def _value(contact: Contact) -> str:
-    """Return the coefficient of a law with three digits, as many as noisy peaks determine."""
-    unit = keys_of(Contact)[DAMPING[contact.damping]].unit
-    return f"{contact.parameter:.3g}" + (f" {unit}" if contact.restitution is None else "")
+    """Return a law in words, with three digits, as many as noisy peaks determine."""
+    unit = "" if contact.restitution else f" {keys_of(Contact)[DAMPING[contact.damping]].unit}"
+    return f"{_LAWS[contact.damping]} {contact.parameter:.3g}{unit}"
 
 
 # ---- Families of mistakes, and the search for a cause
@@ -698,7 +690,6 @@ def _rounded(case: Case) -> str | None:
     # Largest difference by rounding; with more, peaks are not the scene's (chosen)
     if most > 0.1:
         return None
-    slack = case.reference.error_estimate * expected
     size = np.floor(np.log10(np.maximum(given, np.finfo(float).tiny)))
     units = {f"{count} digits": 10.0 ** (size - count + 1) for count in range(2, 8)}
     units |= {f"{10**-count} N": np.array(10.0**-count) for count in (-2, -1)}
@@ -706,7 +697,8 @@ def _rounded(case: Case) -> str | None:
     for place, unit in units.items():  # of the last digit
         is_round = np.allclose(given, unit * np.round(given / unit), rtol=1e-12, atol=0)
         # Half a unit of the last digit, and the rounding of binary numbers
-        if is_round and np.all(np.abs(given - expected) <= (0.5 + 1e-6) * unit + slack):
+        room = (0.5 + 1e-6) * unit + case.reference.error_estimate * expected
+        if is_round and np.all(np.abs(given - expected) <= room):
             return (
                 f"rounding: these are the scene's own peaks to {place}, which moves them by"
                 f" {100 * most:.2g} % at most; write more digits"

@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-import os
-import signal
 import subprocess
 import sys
 import threading
-import time
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from hertzchain.errors import OutputError
@@ -134,56 +130,3 @@ def test_of_two_that_write_to_one_place_one_is_whole(tmp_path: Path) -> None:
     seen.add((tmp_path / "a.txt").read_text())
     assert seen <= {letter * 100_000 for letter in "ab"}
     assert names(tmp_path) == ["a.txt"]
-
-
-class _Stopped(BaseException):
-    """Exception of the handler of SIGTERM here."""
-
-
-def _wait_for(rung: list[int]) -> None:
-    """Wait, in a function: Python 3.13 leaves the jump back of a loop out of the try around it."""
-    while not rung:
-        time.sleep(1e-4)
-
-
-# Python closes a file late if its opening was interrupted, and warns.
-@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
-@pytest.mark.skipif(os.name != "posix", reason="needs signals")
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_a_signal_at_any_moment_leaves_nothing(tmp_path: Path, number: signal.Signals) -> None:
-    def stop(*_: object) -> None:
-        raise _Stopped
-
-    path, old, new = tmp_path / "a.txt", "old" * 1000, "new" * 1000
-    before = signal.signal(number, stop)
-    rung: list[int] = []
-
-    def ring(*_: object) -> None:
-        rung.append(1)
-        signal.raise_signal(number)
-
-    signal.signal(signal.SIGALRM, ring)
-    stopped = 0
-    try:
-        took = []
-        for _ in range(5):
-            begin = time.perf_counter()
-            write_text(path, old)
-            took.append(time.perf_counter() - begin)
-        longest = 2 * min(took)
-        for moment in np.random.default_rng(0).uniform(1e-6, longest, 250):
-            rung.clear()
-            try:
-                signal.setitimer(signal.ITIMER_REAL, moment)
-                write_text(path, new)
-                _wait_for(rung)
-            except _Stopped:
-                stopped += 1
-            assert signal.getsignal(number) is stop
-            assert names(tmp_path) == ["a.txt"]
-            assert path.read_text() in (old, new)
-    finally:
-        signal.setitimer(signal.ITIMER_REAL, 0)
-        signal.signal(number, before)
-        signal.signal(signal.SIGALRM, signal.SIG_DFL)
-    assert stopped == 250  # none is lost

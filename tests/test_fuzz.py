@@ -29,35 +29,27 @@ SLOWEST = 30.0
 """Effort for a file: a thousand times what one of a few kilobytes takes."""
 
 NUMBERS = [
-    "0", "-0.0", "1", "-1", "2", "60", "1e3", "1e-3", "1e308", "1e-308", "5e-324", "1e999", "inf",
-    "-inf", "nan", "0x10", "0b11", "1_000", "9223372036854775808", "4.75", "0.5", "1" * 400,
-    "1" * 5000, "0x" + "f" * 5000, "1979-05-27", "1979-05-27T07:32:00Z", "07:32:00", "0000-00-00",
-    "true", "false", "1.", ".5", "1e", "+",
+    "0", "-0.0", "-1", "2", "60", "1e3", "1e308", "5e-324", "1e999", "-inf", "nan", "0x10", "1_000",
+    "9223372036854775808", "4.75", "1" * 400, "0x" + "f" * 5000, "1979-05-27", "true", "1.", "+",
 ]  # fmt: skip
 UNITS = [
-    "mm", "m", "km", "GPa", "N", "kg/m^3", "g/cm**3", "s", "µs", "us", "degC", "degF", "delta_degC",
-    "%", "percent", "dB", "dBm", "decade", "pH", "rad", "m m m**99", "m**-99 * m**99", "m^99",
-    "m**99**99", "m/m", "N / m^2", "kg m / s^2", "1/s", "m**0.5", "mm mm^-1 mm", "Å", "Ω",
-    "furlong",
-    "c", "hbar", "planck_length", "quettameter", "ymol", "count", "", " ", "lambda: 0", "m #", "π",
-    "a_b", "__class__", "m\\u0000", "\\u202e", "m" * 70, "m " * 30, "Ym^99", "ym^99 * Ym^99", "ozf",
+    "mm", "GPa", "kg/m^3", "g/cm**3", "µs", "degC", "delta_degC", "%", "dBm", "m m m**99", "m^99",
+    "m**-99 * m**99", "m**99**99", "m/m", "N / m^2", "m**0.5", "Å", "furlong", "hbar", "ymol", "",
+    "lambda: 0", "__class__", "m\\u0000", "\\u202e", "m" * 70, "m " * 30, "Ym^99", "ym^99 * Ym^99",
 ]  # fmt: skip
 WORDS = [
-    "", "a", "cosine", "triangular", "cosine-triangular", "table", "pulse.csv", ".", "..", "/",
-    "missing.csv", "/dev/null", "pulse.csv/x", "a\\u0000b", "a\\nb", "\\U0001F600", "é", "x" * 300,
-    "x" * 5000, "\\t", "%s%n{0}", "~", "nested.toml",
+    "", "cosine", "triangular", "table", "pulse.csv", ".", "/", "missing.csv", "pulse.csv/x",
+    "a\\u0000b", "a\\nb", "\\U0001F600", "é", "x" * 5000, "%s%n{0}", "~", "nested.toml",
 ]  # fmt: skip
 KEYS = [
-    "granules", "radius", "young_modulus", "poisson_ratio", "density", "profile", "peak_force",
-    "duration_ratio", "momentum_ratio", "rise_time", "end_time", "file", "chain", "shock", "run",
-    '""', '"a\\nb"', '"\\u202e"', "k" * 3000, ".".join("a" * 150), ".".join("a" * 3000), "é",
+    "granules", "radius", "poisson_ratio", "profile", "peak_force", "momentum_ratio", "rise_time",
+    "end_time", "file", "chain", "shock", "run", '""', '"a\\nb"', '"\\u202e"', "k" * 3000,
+    ".".join("a" * 150), ".".join("a" * 3000), "é",
 ]  # fmt: skip
 SCRAPS = [
-    b"\x00", b"\xff", b"\xef\xbb\xbf", b"\r\n", b"\r", b"\n", b'"', b"'", b"[", b"]", b"{", b"}",
-    b"=", b".", b",", b"#", b"\\", b'"""', b"'''", b"[[chain]]", b"\xe2\x80\xae",
-    b"\xf0\x9f\x98\x80",
-    b"\xc2\x85", b"\xe2\x80\xa8", b"nan", b"1e999", b"\x1b[31m", b"[" * 500, b"{a=" * 500,
-    b"a." * 500,
+    b"\x00", b"\xff", b"\xef\xbb\xbf", b"\r\n", b"\r", b"\n", b"[", b"]", b"{", b"=", b".", b",",
+    b"#", b"\\", b'"""', b"[[chain]]", b"\xe2\x80\xae", b"\xc2\x85", b"nan", b"1e999", b"\x1b[31m",
+    b"[" * 500, b"{a=" * 500, b"a." * 500,
 ]  # fmt: skip
 
 
@@ -209,6 +201,7 @@ def test_deep_and_long_scenes_are_refused(tmp_path: Path, text: str) -> None:
 def test_names_of_files_are_shown_on_one_line(tmp_path: Path, name: str, text: str) -> None:
     path = _written(tmp_path / name, text.encode())
     assert repr(str(path)) in outcome(lambda: hc.Scene.from_toml(path))
+    assert str(hc.HertzchainError(name)) == repr(name)[1:-1]
 
 
 READERS: list[Callable[[Path], object]] = [hc.Scene.from_toml, read_table_of]

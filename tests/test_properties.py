@@ -19,14 +19,10 @@ from hypothesis.internal.constants_ast import Constants
 
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.native.equations import Chain
-from hertzchain.engines.native.plan import METHODS, SRKN_11B
-from hertzchain.engines.native.simulation import simulate
 from hertzchain.errors import Unpredictable
 from hertzchain.observables.peaks import largest_difference
 from tests.drawn_scenes import any_scene, powers_of_ten, pulsed, tabled, under_a_force
-from tests.oracles.eighth_order import solve
-from tests.oracles.in_numpy import State, step
+from tests.oracles.extrapolation import solve
 
 EPS = float(np.finfo(np.float64).eps)
 
@@ -100,46 +96,7 @@ def a_scene_vs_one_of_another_material_and_force(
     assert largest_difference(two, first) <= (hard if is_hard(scene) else 1e-12)
 
 
-# Symmetry of the free flight
-
-
-def flight(state: State, steps: int) -> State:
-    """The chain on its own, with steps of 0.1 natural time units."""
-    chain = Chain.plain(state.displacement.size)
-    for _ in range(steps):
-        state = step(chain, SRKN_11B, state, 0.0, 0.1, lambda _: 0.0)
-    return state
-
-
-def after_the_pulse(scene: hc.Scene) -> State:
-    """A state in which waves run; natural units."""
-    end = scene.ramps[-1].end + 0.2 * scene.chain.granules * scene.units.time
-    scene = replace(scene, run=hc.Run(end))
-    legs = scene.schedule(0.1 * scene.units.time)
-    flown = simulate(scene, legs, METHODS["srkn-11b"].walker)
-    pushed = Chain.plain(scene.chain.granules).acceleration(flown.displacement, 0.0)
-    return State(flown.displacement, flown.velocity, pushed)
-
-
-@holds_for(scene=any_scene)
-def free_flight_runs_backwards(scene: hc.Scene) -> None:
-    start = after_the_pulse(scene)
-    end = flight(start, 100)
-    back = flight(replace(end, velocity=-end.velocity), 100)
-    # A symmetric method with fixed steps is reversible; 2,200 roundings, of which an opening
-    # contact, stiff as a root, makes ten times as much (4e-14 measured).
-    for state, two in ((back.displacement, start.displacement), (back.velocity, -start.velocity)):
-        assert np.max(np.abs(state - two)) <= 1e-12 * np.max(np.abs(two))
-
-
-@holds_for(scene=any_scene)
-def a_mirrored_chain_flies_mirrored(scene: hc.Scene) -> None:
-    start = after_the_pulse(scene)
-    mirrored = State(-start.displacement[::-1], -start.velocity[::-1], -start.acceleration[::-1])
-    flown, two = flight(start, 50), flight(mirrored, 50)
-    # Differences and products only: no rounding knows left from right.
-    assert np.array_equal(two.displacement, -flown.displacement[::-1])
-    assert np.array_equal(two.velocity, -flown.velocity[::-1])
+# Balance
 
 
 @holds_for(scene=any_scene)

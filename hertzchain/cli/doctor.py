@@ -24,9 +24,6 @@ PACKAGES = (
     *("jinja2", "numba", "pint", "pyarrow", "rich", "tomli-w", "typer"),
 )
 
-OPTIONAL = (("distributed", "cluster", "for sweep --scheduler: Dask"),)
-"""Optional packages: name, hertzchain's extra that installs it, and its purpose."""
-
 
 @dataclass(frozen=True)
 class Finding:
@@ -50,22 +47,19 @@ def doctor() -> None:
 
 def diagnose() -> list[Finding]:
     """Examine Python, the libraries, the LAMMPS module and a LAMMPS binary by a start."""
-    findings = [Finding("Python", True, f"{platform.python_version()}, {platform.platform()}")]
-    for package in PACKAGES:
-        state = _version(package) or f"missing; pip install {package}"
-        findings.append(Finding(package, not state.startswith("missing"), state))
-    for package, extra, purpose in OPTIONAL:
-        state = _version(package) or f"only {purpose}; pip install 'hertzchain[{extra}]'"
-        findings.append(Finding(package, not state.startswith("only"), state, needed=False))
-    return [*findings, _kernels(), *_every_lammps(), *_other_codes()]
+    python = Finding("Python", True, f"{platform.python_version()}, {platform.platform()}")
+    packages = [_package(name, f"missing; pip install {name}") for name in PACKAGES]
+    cluster = "only for sweep --scheduler: Dask; pip install 'hertzchain[cluster]'"
+    dask = replace(_package("distributed", cluster), needed=False)
+    return [python, *packages, dask, _kernels(), *_every_lammps(), *_other_codes()]
 
 
-def _version(package: str) -> str | None:
-    """Return the version of a package; None where it is missing."""
+def _package(name: str, missing: str) -> Finding:
+    """Return the version of a package, or the words for a missing one."""
     try:
-        return importlib.metadata.version(package)
+        return Finding(name, True, importlib.metadata.version(name))
     except importlib.metadata.PackageNotFoundError:
-        return None
+        return Finding(name, False, missing)
 
 
 def _other_codes() -> list[Finding]:

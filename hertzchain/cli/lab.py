@@ -74,7 +74,7 @@ def pulse(
     from hertzchain.files import write_text
     from hertzchain.pulses.pulse import measured_pulse, pulse_of
     from hertzchain.pulses.recording import read_recording
-    from hertzchain.report.pulse import plot_pulse, print_pulse
+    from hertzchain.report.signals import plot_pulse, print_pulse
 
     ends = to_seconds("--start", part.start), to_seconds("--end", part.end)
     read = read_recording(recording, column.time, column.force, column.time_unit, column.scale)
@@ -125,8 +125,7 @@ def judge(
     results FILE: CSV with the columns contact, peak_force_N; or a LAMMPS dump of all granules with
         id, x, fx (all files of one dump); or measured traces: time_s, gauge_16_N, contact_10_N,
         wall_N, near_wall_N, or any with --column (also a file for each channel of a record); or
-        measured pulses: contact or granule, force_N, perhaps time_s and width_s. Peaks and dumps
-        may be gzipped.
+        measured pulses: contact or granule, force_N, perhaps time_s and width_s.
     units: Units of a dump, by LAMMPS's name.
     dt TIME: The step of the code, seconds or with a unit ("20 ns").
     tolerance: Largest relative difference that passes, 0.001 unless given. Of a scene with
@@ -134,7 +133,7 @@ def judge(
     """
     from hertzchain.pulses.recording import read_columns
     from hertzchain.report.contents import document_of
-    from hertzchain.uncertainty.validation import SEEN, validate
+    from hertzchain.uncertainty.validation import SEEN, Validation, of_validation, validate
     from hertzchain.verdict.results import is_train, judge_trains
     from hertzchain.verdict.results import judge as judge_peaks
     from hertzchain.verdict.traces import is_traces, judge_traces, names_in
@@ -167,7 +166,8 @@ def judge(
             judged = judge_trains(loaded, results[0], **how)
         else:
             judged = judge_peaks(loaded, results, units=units.value, dt=step, **how)
-    return shown.answer(document_of(judged), scene, [results[0], results[-1]])
+    document = of_validation(judged) if isinstance(judged, Validation) else document_of(judged)
+    return shown.answer(document, scene, [results[0], results[-1]])
 
 
 @dataclass(frozen=True)
@@ -201,7 +201,7 @@ class FitOptions(options.TraceOptions):
 
 def fit(
     scene: Path,
-    traces: list[Path],
+    files: list[Path],
     *,
     free: list[str],
     tie: list[str] | None = None,
@@ -216,7 +216,7 @@ def fit(
 
     Options
     -------
-    traces FILE: Forces over time, as for judge: time_s, gauge_16_N, contact_10_N, wall_N,
+    files FILE: Forces over time, as for judge: time_s, gauge_16_N, contact_10_N, wall_N,
         near_wall_N, or any with --column; or peaks: contact, peak_force_N; several files are fitted
         at once.
     free KEY: A key of the scene to be fitted, such as chain.young_modulus, with a range where
@@ -234,7 +234,7 @@ def fit(
     ties = options.by_name("--tie", tie, "chain.granules='0.2 / (2 * chain.radius)'")
     with working() as report_progress:
         fitted = fits.fit(
-            loaded, traces, how.with_hum(free), ties=ties, columns=how.columns, clock=how.clock,
+            loaded, files, how.with_hum(free), ties=ties, columns=how.columns, clock=how.clock,
             time_limit=limit, progress=report_progress,
         )  # fmt: skip
     return Answer(
@@ -259,7 +259,7 @@ def spectrum(
     """
     from hertzchain.engines.native.backend import Native
     from hertzchain.pulses.spectrum import spectrum_of, times_of
-    from hertzchain.report.spectrum import plot_spectrum, print_spectrum
+    from hertzchain.report.signals import plot_spectrum, print_spectrum
     from hertzchain.verdict.traces import gauge_of
 
     loaded = options.load_scene(scene)
@@ -298,7 +298,7 @@ def spread(
     """
     from hertzchain.report.files import check_format, write_result
     from hertzchain.uncertainty import spread as spreads
-    from hertzchain.uncertainty.shown import plot_spread, print_spread
+    from hertzchain.uncertainty.spread import plot_spread, print_spread
 
     check_format(output, "result")
     loaded, limit = options.load_scene(scene), options.to_time_limit(time_limit)

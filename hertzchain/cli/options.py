@@ -56,24 +56,12 @@ class LammpsOptions:
     ranks: int | None = None
 
     def parameters(self, runs: bool) -> dict[str, Any]:
-        """Return keywords of ``hertzchain.Lammps``; without LAMMPS, refuse its options.
-
-        They are for the module or a named binary.
-        """
-        from hertzchain.errors import require
-
+        """Return keywords of ``hertzchain.Lammps``; without LAMMPS, refuse its options."""
         if not runs:
             refuse_without_need(False, lmp=self.lmp, ranks=self.ranks)
             return {}
-        named = named_binary(self.lmp)
-        if self.ranks is not None:
-            require(self.ranks >= 1, "--ranks", self.ranks, "must be at least 1")
-            if named is None:
-                raise HertzchainError(
-                    "--ranks needs a LAMMPS binary, as the lammps module runs on one process: name"
-                    f" one with --lmp or {LMP}"
-                )
-        return {"lmp": named, "ranks": self.ranks or 1}
+        ranks = 1 if self.ranks is None else self.ranks
+        return {"lmp": named_binary(self.lmp), "ranks": ranks}
 
 
 @dataclass(frozen=True)

@@ -36,21 +36,20 @@ WALL_FORCE = "wall_force.npy"
 
 
 def motion(scene: Scene, legs: Sequence[Leg], strides: Sequence[int]) -> str:
-    """Return the part of a script with the chain at rest, and the function ``step`` that pushes it.
+    """Return the part of a script with the chain at rest, and the function ``push``.
 
-    ``step`` runs between contact forces and motion. It passes the state to ``see(leg, step,
-    positions, velocities, net forces)`` at the given interval of steps, and at both ends of each
-    leg.
+    ``push`` runs between contact forces and motion. It passes positions, velocities and net forces
+    to ``see`` at the given interval of steps, and at both ends of each leg.
     """
     damped = scene.contact is not None
     rows = "\n".join(f"    {row}," for row in _rows(legs, strides, damped))
     bounds, geometry, law, loads = _loops(scene)
-    physics, damping = _damping(scene)
+    damping = "damped, and never pulling" if damped else "no damping"
     piston, stroke = _piston(legs, rows_each=2 if damped else 1)
     shapes = "\n".join(f'        "{k}": {shape.for_numpy("part")},' for k, shape in SHAPES.items())
     script = _MOTION.format(
         shapes=shapes, bounds=bounds, geometry=geometry, law=law, loads=loads,
-        physics=physics, damping=damping, piston=piston, stroke=stroke,
+        physics="betan=betan" if damped else "", damping=damping, piston=piston, stroke=stroke,
         pushed=scene.shock.granule - 1,
     )  # fmt: skip
     return f"""\
@@ -127,13 +126,6 @@ def _loops(scene: Scene) -> tuple[str, str, str, str]:
         if scene.wall is None:
             loads += f"    ForceEngine(force=({-pressed.force!r}, 0, 0), ids=[granules - 1]),\n"
     return bounds, geometry, law, loads
-
-
-def _damping(scene: Scene) -> tuple[str, str]:
-    """Return the arguments of Yade's contact physics, and a comment on them."""
-    if scene.contact is None:
-        return "", "no damping"
-    return "betan=betan", "damped, and never pulling"
 
 
 def _piston(legs: Sequence[Leg], rows_each: int) -> tuple[str, str]:

@@ -69,10 +69,7 @@ def _made(deck: FoundDeck, kind: str) -> list[list[str]]:
 
 
 def _on_granule(deck: FoundDeck, granule: int, command: str) -> list[str]:
-    """Return a command for a single granule, in which ``{group}`` stands for its group.
-
-    The group is one of the deck's, or a new one, whose command then comes first.
-    """
+    """Return a command with the group of a granule as ``{group}``; a new group comes first."""
     groups = [words[1:] for words in _made(deck, "group")]
     names, alone = [name for name, *_ in groups], ["id", str(int(deck.ids[granule]))]
     for name, *rest in groups:
@@ -87,14 +84,8 @@ def _on_granule(deck: FoundDeck, granule: int, command: str) -> list[str]:
 
 def vector(case: Case, value: str) -> str:
     """Three components of a value along the chain, from granule 1 on."""
-    parts = []
-    for share in case.deck.direction.tolist():
-        if share == 0:
-            parts.append("0.0")
-        elif abs(share) == 1:
-            parts.append(value if share > 0 else f"-{value}".replace("--", ""))
-        else:
-            parts.append(in_text(float(value) * share))
+    parts = ["0.0"] * 3
+    parts[case.along] = value if case.sign > 0 else f"-{value}".replace("--", "")
     return " ".join(parts)
 
 
@@ -189,22 +180,20 @@ def law_commands(case: Case) -> list[str] | None:
 
 
 def wall_plane(case: Case) -> float:
-    """Return the place of the scene's wall along an axis of a deck, in the deck's units."""
-    granules, deck = case.scene.granules, case.deck
-    k = "xyz".index(deck.axis)
+    """Return the place of the scene's wall along the axis of a deck, in the deck's units."""
+    granules = case.scene.granules
     far = float(granules.position[-1] + granules.radius[-1] + case.twin.opening[-1])
-    return round(float(deck.origin[k] + deck.direction[k] * far) / case.units.length, 15)
+    return round(float(case.deck.origin[case.along] + case.sign * far) / case.units.length, 15)
 
 
 def wall_commands(case: Case) -> list[str] | None:
-    """Return the wall of the scene as a fix; None without a wall, or along a diagonal."""
-    deck = case.deck
-    if case.scene.wall is None or deck.axis not in "xyz":
+    """Return the wall of the scene as a fix; None without a wall."""
+    if case.scene.wall is None:
         return None
-    where = f"{wall_plane(case):.15g}"
-    side = f"NULL {where}" if deck.direction["xyz".index(deck.axis)] > 0 else f"{where} NULL"
-    name, law = _unused(deck, "fix", "wall"), _law(case, case.near.size - 1)
-    return [f"fix {name} all wall/gran granular {law} {deck.axis}plane {side}"]
+    where, law = f"{wall_plane(case):.15g}", _law(case, case.near.size - 1)
+    side = f"NULL {where}" if case.sign > 0 else f"{where} NULL"
+    name = _unused(case.deck, "fix", "wall")
+    return [f"fix {name} all wall/gran granular {law} {case.deck.axis}plane {side}"]
 
 
 def load_commands(case: Case) -> list[str]:
@@ -259,14 +248,11 @@ def piston_commands(case: Case) -> list[str] | None:
 
 
 def shock_commands(case: Case) -> list[str] | None:
-    """Return the variable of the scene's shock and its fix; None for a table of many rows.
-
-    The text is empty without a force.
-    """
+    """Return the variable of the scene's shock and its fix, if any; None for many rows."""
     if not case.scene.ramps:
         return []
     # Most rows of a table that are written as one formula (chosen)
-    if len(case.scene.ramps) >= 40 or case.deck.axis not in "xyz":
+    if len(case.scene.ramps) >= 40:
         return None
     unit, pieces, variable = case.units, list[str](), _variable(case)
     for ramp in case.scene.ramps:
@@ -274,19 +260,16 @@ def shock_commands(case: Case) -> list[str] | None:
         low, high = (float(in_text(f / unit.force)) for f in (ramp.start_force, ramp.end_force))
         force = force_formula(Ramp(float(begin), float(end), low, high, ramp.shape))
         pieces.append(f"(time>={begin})*(time<{end})*({force.removeprefix('0.0+')})")
-    formula = "+".join(pieces)
-    if float(case.deck.direction.sum()) < 0:
-        formula = f"-({formula})"
+    formula = "+".join(pieces) if case.sign > 0 else f"-({'+'.join(pieces)})"
     parts = ["0.0"] * 3
-    parts["xyz".index(case.deck.axis)] = f"v_{variable}"
+    parts[case.along] = f"v_{variable}"
     fix = f"fix {_unused(case.deck, 'fix', 'shock')} {{group}} addforce {' '.join(parts)}"
     return [f'variable {variable} equal "{formula}"', *_on_granule(case.deck, 0, fix)]
 
 
 def _variable(case: Case) -> str:
     """Return the name of the variable of a deck's shock, or else an unused name."""
-    deck = case.deck
-    along = 4 + "xyz".index(deck.axis)
+    deck, along = case.deck, 4 + case.along
     names = [words[1] for words in _made(deck, "variable")]
     for words in reversed(_made(deck, "fix")):
         name = "".join(words[along : along + 1]).removeprefix("v_")
@@ -309,17 +292,14 @@ def _without(case: Case, indices: Iterable[int]) -> Changes:
 
 
 def _whole(case: Case, lines: Sequence[str], old: Sequence[int]) -> Iterator[Changes]:
-    """Yield changes that put lines in place of old commands, or before the deck's first run.
-
-    New fixes keep the names of those that they replace.
-    """
+    """Yield changes that put lines in place of old commands, or before the deck's first run."""
     commands, lines = case.deck.commands, list(lines)
     while old and lines and commands[old[0]].text.split() == lines[0].split():
         old, lines = old[1:], lines[1:]
     fixes = (commands[k].text.split()[1] for k in old if commands[k].text.startswith("fix "))
     for k, line in enumerate(lines):
         words = line.split()
-        if words[0] == "fix":
+        if words[0] == "fix":  # a new one keeps the name of the one that it replaces
             lines[k] = " ".join(["fix", next(fixes, words[1]), *words[2:]])
     gone = _without(case, old)
     if old:
@@ -460,8 +440,7 @@ def _kept(case: Case, where: Place) -> tuple[str, ...]:
 
 def _all_of(role: str) -> Callable[[Case, DeckCheck], list[int]]:
     """All commands of a role."""
-    return lambda case, _: [k for k in commands_of(case.deck, role)
-                            if not is_of(case.deck, k, "restart")]  # fmt: skip
+    return lambda case, _: commands_of(case.deck, role)
 
 
 def _named(name: str) -> Callable[[Case, DeckCheck], list[int]]:

@@ -46,22 +46,22 @@ SIZES = re.compile(rf"(?<![\w.$]){_SIZE}")
 
 SAME = 2e-3  # relative difference up to which a number of a line is the measured one (chosen)
 
-_FIX, _FILES = r"fix\s+\S+\s+\S+\s+", "read_data|read_restart"
+_FIX = r"fix\s+\S+\s+\S+\s+"
 _PUSH = "addforce|setforce|aveforce|efield"
 ROLES = {
-    "granules": rf"create_atoms|{_FILES}|delete_atoms|replicate",
-    "place": rf"create_atoms|{_FILES}|set\b.*\s[xyz]\s|displace_atoms|lattice|replicate",
-    "radius": rf"set\b.*\s(?:diameter|radius)\s|{_FILES}",
-    "mass": rf"set\b.*\s(?:density|density/disc|mass|diameter)\s|mass\b|{_FILES}",
-    "contacts": "pair_coeff|pair_style|pair_modify|read_restart",
+    "granules": r"create_atoms|read_data|delete_atoms|replicate",
+    "place": r"create_atoms|read_data|set\b.*\s[xyz]\s|displace_atoms|lattice|replicate",
+    "radius": r"set\b.*\s(?:diameter|radius)\s|read_data",
+    "mass": r"set\b.*\s(?:density|density/disc|mass|diameter)\s|mass\b|read_data",
+    "contacts": "pair_coeff|pair_style|pair_modify",
     "wall": rf"{_FIX}wall/",
     "constant force": rf"{_FIX}(?:gravity|{_PUSH})",
     "gravity": rf"{_FIX}gravity",
     "drag": rf"{_FIX}(?:viscous|langevin|drag|damping/cundall)",
     "random": rf"{_FIX}(?:langevin|brownian|temp)|velocity\s+\S+\s+create"
     r"|displace_atoms\s+\S+\s+random|create_atoms\s+\S+\s+random",
-    "velocity": rf"velocity\b|set\b.*\sv[xyz]\s|{_FILES}",
-    "spin": rf"set\b.*\s(?:omega|angmom)\s|velocity\b|{_FILES}",
+    "velocity": r"velocity\b|set\b.*\sv[xyz]\s|read_data",
+    "spin": r"set\b.*\s(?:omega|angmom)\s|velocity\b|read_data",
     "shock": rf"{_FIX}(?:{_PUSH}|move|smd|spring)",
     "pushed": rf"{_FIX}(?:{_PUSH}|gravity)",
     "timestep": rf"timestep\b|{_FIX}dt/reset|reset_timestep\b",
@@ -76,7 +76,6 @@ ROLES = {
     "displaced": "displace_atoms|delete_atoms|change_box",
     "ends": rf"{_FIX}halt",
     "excludes": r"neigh_modify\s.*\bexclude\s+(?!none)|pair_coeff\s+.*\slj/",
-    "restart": "read_restart",
     "needed": "run|variable|read_|create_|units|pair_style|include|timestep",
     "wall in motion": rf"{_FIX}wall/|unfix",
 }
@@ -289,6 +288,16 @@ class Case:
     deadline: Deadline
     exact: bool = False
     strict: bool = False
+
+    @property
+    def along(self) -> int:
+        """Index of the axis of the chain: 0, 1 or 2."""
+        return "xyz".index(self.deck.axis)
+
+    @property
+    def sign(self) -> float:
+        """1 if the chain extends to larger coordinates in the deck, else -1."""
+        return float(self.deck.direction[self.along])
 
     def least(self, of_others: float) -> float:
         """Return the smallest relative difference that counts; it is smaller in an exact deck."""

@@ -151,14 +151,16 @@ CLASSIC = "gran/hooke", "gran/hooke/history", "gran/hertz/history"
 
 @dataclass(frozen=True)
 class Law:
-    """A contact law as a deck states it: the command, its normal model and its numbers.
-
-    The second number is the damping.
-    """
+    """A contact law as a deck states it."""
 
     command: Command
-    normal: str
+    normal: str  # its normal model
     numbers: tuple[str, ...]
+
+    @property
+    def damping(self) -> float | None:
+        """The second number; None if it is not known."""
+        return number(self.numbers[1])
 
 
 class Deck:
@@ -273,25 +275,9 @@ class Deck:
 
     @cached_property
     def pushes(self) -> dict[int, FloatArray]:
-        """The largest force of each ``fix addforce`` on each granule, by the index of its command.
-
-        Shape (granules, 2): along the chain and across.
-        """
+        """Largest force of each ``fix addforce``, (granules, 2): along and across, by command."""
         fixes = () if self.applied is None else self.applied.fixes
         return {fix.command: fix.largest for fix in fixes if fix.style == "addforce"}
-
-    @cached_property
-    def is_loaded(self) -> bool:
-        """Whether forces that never change press the chain: gravity, or static loads."""
-        return bool(self.fixes("gravity")) or (
-            self.applied is not None and bool(self.applied.constant.any())
-        )
-
-    @cached_property
-    def skin(self) -> float | None:
-        """Distance beyond a contact within which neighbours are listed."""
-        last = self.last("neighbor")
-        return DEFAULT_SKIN.get(self.units) if last is None else number(last.words[1])
 
     @cached_property
     def no_chain(self) -> tuple[Command | None, str] | None:
@@ -306,12 +292,6 @@ class Deck:
         rows = f"its {atoms.count} granules do not lie in one row"
         maker = next(iter(self.named("create_atoms", "read_data")), None)
         return maker, rows if atoms.count > 1 else "it has one granule"
-
-    @cached_property
-    def boundary(self) -> Command | None:
-        """The last command that sets the boundary."""
-        box = [c for c in self.named("change_box") if "boundary" in c.words]
-        return next(iter([*box[::-1], *self.named("boundary")[::-1]]), None)
 
 
 def _law(command: Command, words: tuple[str, ...]) -> list[Law]:
@@ -414,7 +394,7 @@ _UNDAMPED = "leave the damping out and give 0.0 there, which damps nothing"
 def damping(deck: Deck) -> Found:
     """Hertz's law itself has no damping."""
     for law in deck.laws:
-        kind, value = law.command.after("damping"), number(law.numbers[1])
+        kind, value = law.command.after("damping"), law.damping
         if law.normal == "mdr" or value is None:
             continue
         number_of = f"the second number of {law.normal}"
@@ -448,9 +428,8 @@ def attraction(deck: Deck) -> Found:
         " write limit_damping at the end of this command (LAMMPS since 29 Sep 2021)"
     )
     for law in deck.laws:
-        value = number(law.numbers[1])
         takes_damping = law.normal in ("hooke", "hertz", "hertz/material", *CLASSIC)
-        damps = value is not None and abs(value) > _NO_DAMPING
+        damps = abs(law.damping or 0.0) > _NO_DAMPING
         if takes_damping and damps and not {"none", "limit_damping"} & set(law.command.words):
             yield law.command, "warning", text
 
@@ -458,7 +437,7 @@ def attraction(deck: Deck) -> Found:
 def poisson_ratio(deck: Deck) -> Found:
     """The order of the numbers is E, damping, Poisson's ratio."""
     for law in deck.laws:
-        damping, poisson = number(law.numbers[1]), number(law.numbers[-1])
+        damping, poisson = law.damping, number(law.numbers[-1])
         if law.normal != "hertz/material" or poisson is None or damping is None:
             continue
         impossible = not -1 < poisson <= 0.5
@@ -548,11 +527,15 @@ def ghost_velocity(deck: Deck) -> Found:
 
 def periodic(deck: Deck) -> Found:
     """Images of a chain that meet it, or are ghosts that cost time."""
-    granules = deck.granules
-    if granules is None or deck.skin is None:
+    granules, neighbor = deck.granules, deck.last("neighbor")
+    # Distance beyond a contact within which neighbours are listed.
+    skin = DEFAULT_SKIN.get(deck.units) if neighbor is None else number(neighbor.words[1])
+    if granules is None or skin is None:
         return
-    where = deck.boundary or next(iter(deck.named("create_box", "read_data")), None)
-    room = 2 * (2 * float(granules.radius.max()) + deck.skin)
+    boxes = [c for c in deck.named("change_box") if "boundary" in c.words]
+    makers = [*boxes[::-1], *deck.named("boundary")[::-1], *deck.named("create_box", "read_data")]
+    where = next(iter(makers), None)
+    room = 2 * (2 * float(granules.radius.max()) + skin)
     box, place = granules.high - granules.low, granules.position
     is_flat = any(command.word(1) == "2" for command in deck.named("dimension"))
     for k, (axis, side) in enumerate(zip(granules.axes, granules.boundary, strict=True)):
@@ -578,7 +561,9 @@ def not_touching(deck: Deck) -> Found:
     if granules is None or not deck.contact_style or not makers:
         return
     gap = (granules.position[1:, 0] - granules.position[:-1, 0]) / granules.reach - 1
-    is_meant = deck.is_loaded or granules.velocity.any()
+    # Forces that never change press the chain: gravity, or static loads.
+    is_loaded = deck.applied is not None and bool(deck.applied.constant.any())
+    is_meant = deck.fixes("gravity") or is_loaded or granules.velocity.any()
     text = "neighbours are {:.10g} times the sum of their radii apart: granules {}"
     if gap.max() > _GAP_ROUNDING:
         what = "do not touch (with gaps of 1e-3 peaks are off by 113 %)"
@@ -615,10 +600,7 @@ def motion(deck: Deck) -> Found:
 
 
 def lattice_units(deck: Deck) -> Found:
-    """Velocities are in lattice spacings per unit of time, unless ``units box`` is given.
-
-    A ``v_name`` is in units of the deck (LAMMPS's documentation of ``velocity``).
-    """
+    """Velocities are in lattice spacings per unit of time, without ``units box`` or ``v_name``."""
     spacing: Command | None = None
     for command in deck.named("lattice", "velocity", "fix"):
         if command.name == "lattice":
@@ -855,11 +837,11 @@ def lint_file(
 
     try:
         seen = look(path, given, time_limit)
-    except TooExpensive:
-        said = f"not read to its end in {time_limit:g} s: shorten its loops, or raise the limit"
-        return [Finding(1, "text-alone", "note", said), *findings(commands)]
     except HertzchainError as problem:
         said = f"LAMMPS could not be asked, the deck was read as text: {problem}"
+        if isinstance(problem, TooExpensive):
+            limit = f"{time_limit:g} s: shorten its loops, or raise the limit"
+            said = f"not read to its end in {limit}"
         return [Finding(1, "text-alone", "note", said), *findings(commands)]
     return findings(script_of(path, text, seen.commands, not seen.is_whole), seen)
 

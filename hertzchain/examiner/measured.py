@@ -117,11 +117,7 @@ def run_twin(twin: Twin, stretches: Iterable[Stretch], deadline: Deadline) -> Tw
 
 
 def _highest(force: FloatArray) -> FloatArray:
-    """The highest force of each contact, by a parabola where one lies between its neighbours.
-
-    Forces have the shape (samples, contacts); the first sample, which may be infinite, is only a
-    neighbour.
-    """
+    """The highest of forces (samples, contacts) by parabolas; the first is only a neighbour."""
     before, now, after = force[:-2], force[1:-1], force[2:]
     top = force[1:].max(axis=0)
     at = np.nonzero((now >= before) & (now > after))
@@ -277,10 +273,7 @@ def law_of(overlap: FloatArray, force: FloatArray, stiffness: float, near: float
 
 
 def _tries(deck: FoundDeck, scene: Scene) -> list[list[FloatArray]]:
-    """Probes of each contact of a scene that the deck has, a wall's last.
-
-    They are overlaps and forces; then overlaps, speeds of approach and forces.
-    """
+    """Overlaps and forces of each contact, a wall's last; then overlaps, speeds and forces."""
     count, wall = scene.bodies, far_wall(deck)
     between = min(count - 1, deck.contact_force.shape[1])
     columns = (deck.overlap, deck.contact_force,

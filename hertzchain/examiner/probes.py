@@ -322,11 +322,9 @@ def _wall_place(case: Case) -> Iterator[Number]:
     expected = float(np.diff(places(scene))[-1])
     measured = wall.position - float(case.deck.position[-1])
     opening = _with(case.twin.opening, -1, case.twin.opening[-1] + measured - expected)
-    pairs = []
-    if case.deck.axis in "xyz":
-        plane, further = wall_plane(case), (measured - expected) / case.units.length
-        pairs = [(plane + float(case.deck.direction.sum()) * further, plane)]
+    plane, further = wall_plane(case), (measured - expected) / case.units.length
     room = case.least(GAP_SHARE) * case.near[-1] + case.rounded
+    pairs = [(plane + case.sign * further, plane)]
     yield Number(measured, expected, room, 0.0, {"opening": opening}, stands=pairs,
                  at=wall.command, note=_FROM_LAST)  # fmt: skip
 
@@ -458,10 +456,7 @@ def _stiffness(case: Case) -> Iterator[Number]:
 
 
 def _moduli(case: Case, k: int, ratio: float) -> Pairs:
-    """Numbers that alone make a contact so many times too stiff: its modulus, E or nu of granules.
-
-    They are those of one granule, or of all like granules.
-    """
+    """Numbers that alone make a contact so many times too stiff: its modulus, E or nu."""
     granules, unit = case.scene.granules, case.units.pressure
     softness = 1 / case.reduced_modulus(k)
     pairs = [(4 / 3 * ratio / softness / unit, 4 / 3 / softness / unit)] if ratio > 0 else []
@@ -469,6 +464,7 @@ def _moduli(case: Case, k: int, ratio: float) -> Pairs:
         modulus = float(granules.young_modulus[granule])
         poisson = float(granules.poisson_ratio[granule])
         of_granule = (1 - poisson**2) / modulus
+        # Of all like granules, or of this one.
         for wrong in (of_granule / ratio, of_granule + softness / ratio - softness):
             if wrong > 0:
                 pairs.append(((1 - poisson**2) / wrong / unit, modulus / unit))
@@ -554,10 +550,10 @@ def _wall(case: Case) -> Iterator[Number]:
         plane = _PLANE.match(command.text)
         if not command.carried_out or plane is None or plane[1] != deck.axis:
             continue
-        k, last = "xyz".index(deck.axis), float(scene.granules.position[-1])
+        origin, last = deck.origin[case.along], float(scene.granules.position[-1])
         expected = float(scene.granules.radius[-1] + case.twin.opening[-1])
         surfaces = [
-            (float(word) * case.units.length - deck.origin[k]) * deck.direction[k] - last
+            (float(word) * case.units.length - origin) * case.sign - last
             for word in plane.groups()[1:] if NUMBER.fullmatch(word)
         ]  # fmt: skip
         measured = min(surfaces, key=lambda surface: abs(surface - expected), default=math.nan)
@@ -688,13 +684,10 @@ def _constant_across(case: Case) -> Iterator[Number]:
 
 
 def _shows_in_motion(case: Case, fix: FoundFix) -> tuple[Indices, Indices]:
-    """Granules on which a fix exerts a force only in motion, along and across the chain.
-
-    Granules with prescribed motion and fixed ones do not count, as forces do not move them.
-    """
+    """Granules on which a fix exerts a force only in motion, along and across the chain."""
     # Readings of one force at other times differ by less (chosen)
     more = fix.largest_in_motion > 1.1 * fix.largest + ACTS * case.scene.units.force
-    more[:, 0] &= ~case.deck.driven
+    more[:, 0] &= ~case.deck.driven  # a force does not move these, nor fixed ones
     fixed = case.scene.granules.fixed
     more[fixed[fixed < len(more)], 0] = False
     return np.flatnonzero(more[:, 0]), np.flatnonzero(more[:, 1])
@@ -770,10 +763,7 @@ def _across(case: Case) -> Iterator[Number]:
 
 
 def _pushed(case: Case) -> tuple[FloatArray, Indices, float]:
-    """Largest applied force on each granule, pushed granules other than the scene's, and a limit.
-
-    Forces are in N; those below the limit do not count.
-    """
+    """Largest force on each granule [N], pushed ones other than the scene's, and the least."""
     largest = np.max(np.abs(case.deck.applied_force), axis=0, initial=0.0)
     least = case.least(ACTS) * case.scene.units.force
     at = np.flatnonzero(largest > least)

@@ -14,7 +14,6 @@ import numpy as np
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.native.backend import Native
 from hertzchain.errors import SceneError, require
-from hertzchain.fits.instrument import is_hum, is_of_instrument, unit_of_key
 from hertzchain.fits.model import (
     SLOPE_RTOL,
     Free,
@@ -22,9 +21,11 @@ from hertzchain.fits.model import (
     OfPeaks,
     OfTraces,
     free_of,
+    is_hum,
+    is_of_instrument,
     lasting,
     limits_of,
-    said,
+    unit_of_key,
     with_unit,
 )
 from hertzchain.limits import TIME_LIMIT, Deadline
@@ -335,11 +336,11 @@ def fit(
         else:
             measured = read_records(scene, given, columns or {}, clock == "own")
             model = _of_traces(scene, chosen, measured, deadline, is_shifted=clock != "run")
-        _refuse_alike(model.slopes(model.begin, rtol=SLOPE_RTOL), chosen, model.given)
+        _refuse_alike(model, model.slopes(model.begin, rtol=SLOPE_RTOL))
         flies = bool(np.any(np.greater(model.scene(model.begin).granules.gap, 0)))
         minima: list[_Minimum] = []
-        for begin, widths in _searches(model, chosen):
-            report_progress(f"least squares from {said(model.values(begin))}")
+        for begin, widths in _searches(model):
+            report_progress(f"least squares from {chosen.said(begin)}")
             minima.append(_least_squares(model, begin, widths))
             best = min(minima, key=lambda minimum: minimum.mean_square)
             # Where granules fly, the first minimum may be a wrong one even if only noise is left.
@@ -347,8 +348,8 @@ def fit(
             if not flies and is_noise and model.chance(best.off) >= LEAST_CHANCE:
                 break
         best = _refined(model, best)
-    _refuse_ends(model, chosen, best.x)
-    return _of(model, scene, chosen, [best, *minima])
+    _refuse_ends(chosen, best.x)
+    return _of(model, scene, [best, *minima])
 
 
 def _are_peaks(given: Any, columns: Mapping[str, str]) -> bool:
@@ -381,9 +382,9 @@ def _of_traces(
     return OfTraces(scene, free, files, deadline, is_shifted=is_shifted)
 
 
-def _searches(model: Model, free: Free) -> Iterator[tuple[FloatArray, tuple[float, ...]]]:
+def _searches(model: Model) -> Iterator[tuple[FloatArray, tuple[float, ...]]]:
     """Yield where searches begin, each with the widths over which it first smooths."""
-    begin, count = model.begin, len(free.keys)
+    free, begin, count = model.free, model.begin, len(model.free.keys)
     yield begin, ()
     if model.widths:
         yield begin, model.widths
@@ -443,12 +444,12 @@ def _beside(model: Model, minimum: _Minimum) -> FloatArray | None:
     return np.asarray(possible[int(np.argmin(squares))])
 
 
-def _of(model: Model, base: Scene, free: Free, minima: Sequence[_Minimum]) -> Fit:
+def _of(model: Model, base: Scene, minima: Sequence[_Minimum]) -> Fit:
     """Return the fit of the first minimum."""
     best = minima[0]
-    x, off, count = best.x, best.off, len(free.keys)
+    x, off, count = best.x, best.off, len(model.free.keys)
     slopes = model.slopes(x, rtol=SLOPE_RTOL)
-    _refuse_alike(slopes, free, model.given)
+    _refuse_alike(model, slopes)
     # Correlated samples carry less information than as many independent ones.
     along, wider = lasting(off)
     variance = max(best.mean_square, _LEAST_MEAN_SQUARE) * wider
@@ -461,9 +462,8 @@ def _of(model: Model, base: Scene, free: Free, minima: Sequence[_Minimum]) -> Fi
     worst = int(np.argmax(relative))
     if relative[worst] >= _UNKNOWN_DEVIATION:
         alone = _unknown_alone(model.given, relative[worst])
-        moved = _moves(covariance[:count, :count])[:, -1]
-        raise _refusal(moved, free, alone, model.given)
-    parameters, correlation = _parameters(model, free, x, covariance, variance)
+        raise _refusal(model, _moves(covariance[:count, :count])[:, -1], alone)
+    parameters, correlation = _parameters(model, x, covariance, variance)
     uncertain = tuple(
         Uncertain(parameter.key, parameter.deviation)
         for parameter in parameters[:count]
@@ -488,19 +488,19 @@ def _unknown_alone(given: str, relative: float) -> str:
 
 
 def _parameters(
-    model: Model, free: Free, x: FloatArray, covariance: FloatArray, variance: float
+    model: Model, x: FloatArray, covariance: FloatArray, variance: float
 ) -> tuple[tuple[Parameter, ...], FloatArray]:
     """Return the values of all keys and their correlations, shape (keys, keys).
 
     What instruments add follows from the variables x, whose covariance is given, and from noise.
     """
-    added, count = model.added(x), len(free.keys)
+    free, added, count = model.free, model.added(x), len(model.free.keys)
     moves = np.concatenate([np.eye(x.size)[:count] * np.array(free.start)[:, None], added.slopes])
     joint = moves @ covariance @ moves.T
     joint[count:, count:] += variance * added.covariance
     deviation = np.sqrt(np.diag(joint))
     keys = *free.keys, *added.keys
-    values = *model.values(x).values(), *added.numbers
+    values = *free.values(x).values(), *added.numbers
     starts = *free.start, *[0.0] * len(added.keys)
     parameters = []
     for key, value, start, off in zip(keys, values, starts, deviation.tolist(), strict=True):
@@ -511,9 +511,9 @@ def _parameters(
     return tuple(parameters), joint / np.outer(deviation, deviation)
 
 
-def _refuse_ends(model: Model, free: Free, x: FloatArray) -> None:
+def _refuse_ends(free: Free, x: FloatArray) -> None:
     """Raise a SceneError if a value is at an end of its range."""
-    for k, (key, value) in enumerate(model.values(x).items()):
+    for k, (key, value) in enumerate(free.values(x).items()):
         low, high = sorted(free.start[k] * end[k] for end in (free.low, free.high))
         advice = "widen it" if free.is_given[k] else f"give a narrower one, {key}=LOW:HIGH"
         allowed = (
@@ -583,28 +583,26 @@ def _change(model: Model, x: FloatArray, move: FloatArray, slopes: FloatArray) -
     return np.asarray((high - low) / 2)
 
 
-def _refuse_alike(slopes: FloatArray, free: Free, given: str) -> None:
+def _refuse_alike(model: Model, slopes: FloatArray) -> None:
     """Raise a SceneError if some combination of the keys changes nothing that was measured."""
-    key_slopes, shifts = np.split(slopes, [len(free.keys)], axis=1)
+    key_slopes, shifts = np.split(slopes, [len(model.free.keys)], axis=1)
     if shifts.size:
         key_slopes = key_slopes - shifts @ np.linalg.lstsq(shifts, key_slopes, rcond=None)[0]
     _, strength, directions = np.linalg.svd(key_slopes, full_matrices=False)
     if strength[-1] > _LEAST_SLOPE_RATIO * strength[0]:
         return
-    places = "contacts" if given == "peaks" else "gauges"
+    places = "contacts" if model.given == "peaks" else "gauges"
     alone = f"changes nothing at these {places} near this value: start elsewhere, or leave it out"
-    raise _refusal(directions[-1], free, alone, given)
+    raise _refusal(model, directions[-1], alone)
 
 
-def _refusal(nothing: FloatArray, free: Free, alone: str, given: str) -> SceneError:
+def _refusal(model: Model, nothing: FloatArray, alone: str) -> SceneError:
     """Return why keys are refused, from their relative changes that change no measured number.
 
-    ``alone`` is the text for a single key; ``given`` names the measured data.
+    ``alone`` is the text for a single key.
     """
-    moved = [
-        k for k in range(len(free.keys)) if abs(nothing[k]) > _NAMED_SHARE * np.max(np.abs(nothing))
-    ]
-    keys, changes = [free.keys[k] for k in moved], nothing[moved]
+    moved = np.flatnonzero(np.abs(nothing) > _NAMED_SHARE * np.max(np.abs(nothing)))
+    keys, changes = [model.free.keys[k] for k in moved], nothing[moved]
     if len(keys) == 1:
         return SceneError(keys[0], None, alone)
     if len(keys) == 2:
@@ -613,5 +611,5 @@ def _refusal(nothing: FloatArray, free: Free, alone: str, given: str) -> SceneEr
         parts = zip(keys, changes / changes[0], strict=True)
         by = ", ".join(f"{key} by {change:+.2g} %" for key, change in parts)
         what = f"a change of {by} changes nothing"
-    allowed = f"cannot be told apart by these {given}: {what}; leave one of them out"
+    allowed = f"cannot be told apart by these {model.given}: {what}; leave one of them out"
     return SceneError(" and ".join(keys), None, allowed)

@@ -1,4 +1,4 @@
-"""Models of a fit: the free keys, and differences between runs and measurements."""
+"""Models of a fit: the free keys, of scene and instruments, and differences of measurements."""
 
 from __future__ import annotations
 
@@ -14,18 +14,7 @@ import numpy as np
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.native.backend import Native, motion_at
 from hertzchain.engines.native.batch import on_cores
-from hertzchain.errors import RunFailed, SceneError, require
-from hertzchain.fits.instrument import (
-    GAIN,
-    Added,
-    added_of,
-    columns_of,
-    drooped,
-    is_of_instrument,
-    place_of,
-    start_of,
-    unit_of_key,
-)
+from hertzchain.errors import RunFailed, SceneError, is_positive, require
 from hertzchain.limits import TOLERANCE, Deadline
 from hertzchain.observables.result import Result
 from hertzchain.pulses.recording import MOST_EXTENT, noise_before, resolution_of
@@ -39,6 +28,7 @@ from hertzchain.sweeps.columns import (
     changed,
     full_key,
     is_whole,
+    unit_of,
 )
 from hertzchain.sweeps.design import axis_of
 from hertzchain.verdict.traces import (
@@ -77,17 +67,8 @@ class Tie:
     def value(self, values: Section) -> Any:
         """Return the number of the formula, rounded for keys with whole numbers.
 
-        It may be impossible: a scene with it is then refused.
-        """
-        value = self.number(values)
-        if is_whole(self.key):  # an impossible number stands for one that is not finite
-            return np.nan_to_num(np.round(value), nan=-1, posinf=-1, neginf=-1).astype(np.int64)
-        return value
-
-    def number(self, values: Section) -> Any:
-        """Return the number of the formula; it need not be finite.
-
-        ``values`` has the values of the keys, numbers or arrays of shape (scenes,).
+        It may be impossible: a scene with it is then refused. ``values`` has the values of the
+        keys, numbers or arrays of shape (scenes,).
         """
         text, said = _VALUE.sub("_()", self.formula).strip(), f"{self.key}={self.formula[:40]}"
         is_short = len(self.formula) <= _MOST_FORMULA_CHARS and "_(" not in self.formula
@@ -96,17 +77,16 @@ class Tie:
         names = {"_": lambda: np.float64(numbers.get(word := next(words), word)), "sqrt": np.sqrt}
         try:
             with np.errstate(all="ignore"):
-                return eval(text, names) + 0.0  # noqa: S307 - arithmetic and nothing else
+                value = eval(text, names) + 0.0  # noqa: S307 - arithmetic and nothing else
         except (SyntaxError, TypeError, ValueError, RecursionError, MemoryError):
             raise SceneError("tie", said, _ALLOWED_FORMULA) from None
+        if is_whole(self.key):  # an impossible number stands for one that is not finite
+            return np.nan_to_num(np.round(value), nan=-1, posinf=-1, neginf=-1).astype(np.int64)
+        return value
 
 
 def ties_of(scene: Scene, given: Mapping[str, str], free: Iterable[str]) -> tuple[Tie, ...]:
-    """Return ties by the names of their keys, each over other keys and ties before it.
-
-    SceneError for keys that cannot vary or are free as well, for a key in its own formula, two keys
-    of which one replaces the other, and anything but arithmetic.
-    """
+    """Return ties by the names of their keys, each over other keys and ties before it."""
     ties = tuple(Tie(full_key(name, scene), str(formula)) for name, formula in given.items())
     keys = [*free, *(tie.key for tie in ties)]
     both = [key for key in keys if OTHER_MEASURE.get(key) in keys]
@@ -133,7 +113,128 @@ def tied(scene: Scene, ties: tuple[Tie, ...], values: Section) -> dict[str, Any]
     return {name: every[name] for name in (*values, *(tie.key for tie in ties))}
 
 
-_TWICE = "names a key twice"
+GAIN = "gain"
+"""A key that no scene has: ratio of measured to true force, the same for all gauges."""
+
+_INSTRUMENT_KEY = re.compile(
+    r"(?P<place>(?:gauge|contact)_\d+|(?:near_)?wall)\."
+    r"(?P<kind>gain|droop|offset|drift|hum)"
+)
+_GAUGE_KEY = re.compile(r"(?:gauge|contact)_\d+\.")
+_UNITS = {GAIN: "", "droop": "s", "offset": "N", "drift": "N/s", "hum": "N", "hum_phase": "rad"}
+
+_DROOP_START = 0.01
+"""Time constant of a charge amplifier from which a fit starts, if no range is given [s]; chosen."""
+
+
+def is_of_instrument(key: str) -> bool:
+    """Return whether a key belongs to the instrument and not to the scene."""
+    return key == GAIN or _INSTRUMENT_KEY.fullmatch(key) is not None
+
+
+def unit_of_key(key: str) -> str:
+    """Return the unit of a key of scene or instrument; empty for a pure number."""
+    kind = key.rpartition(".")[2].partition("[")[0]
+    return _UNITS[kind] if kind in _UNITS else unit_of(key)
+
+
+def start_of(key: str) -> float:
+    """Return the value of a gain or a droop [s] from which a fit starts."""
+    return _DROOP_START if key.endswith(".droop") else 1.0
+
+
+class Added(NamedTuple):
+    """A free offset, drift or hum: what an instrument adds to a force.
+
+    ``place`` is a gauge as in the name of a column, ``kind`` one of the three, and ``frequency``
+    that of the hum [Hz], 0 for others.
+    """
+
+    place: str
+    kind: str
+    frequency: float
+
+    @property
+    def key(self) -> str:
+        """The key, such as ``gauge_6.drift``."""
+        return f"{self.place}.{self.kind}"
+
+    def shown(self, sums: FloatArray) -> list[tuple[str, float, FloatArray]]:
+        """Return name, value and derivatives of each number, from factors of ``columns_of`` [SI].
+
+        A hum has two: its height and its phase, of height cos(2 pi frequency t + phase).
+        """
+        unit = np.eye(sums.size)
+        if self.kind != "hum":
+            at = ("offset", "drift").index(self.kind)
+            return [(self.kind, sums[at], unit[at])]
+        cosine, sine = sums[-2:]
+        height = math.hypot(cosine, sine)
+        of_height = (cosine * unit[-2] + sine * unit[-1]) / height
+        of_phase = (sine * unit[-2] - cosine * unit[-1]) / height**2
+        return [("hum", height, of_height), ("hum_phase", math.atan2(-sine, cosine), of_phase)]
+
+
+def is_hum(key: str) -> bool:
+    """Return whether a key is the height of a hum."""
+    return key.partition("[")[0].endswith(".hum")
+
+
+def added_of(key: str, text: str) -> Added | None:
+    """Return what is added by a free key with this text behind its ``=``; None for other keys."""
+    match = _INSTRUMENT_KEY.fullmatch(key)
+    is_known = match is not None or not _GAUGE_KEY.match(key)
+    require(is_known, key, None, "is not a key of a gauge: it has gain, droop, offset, drift, hum")
+    if match is None or match["kind"] in ("gain", "droop"):
+        return None
+    if match["kind"] != "hum":
+        require(not text, key, text, "has no range: it is free from minus to plus infinity")
+        return Added(match["place"], match["kind"], 0.0)
+    allowed = "needs the frequency of the hum: --hum 50, or in Python 'gauge_6.hum=50 Hz'"
+    require(bool(text), key, None, allowed)
+    frequency = to_si(key, text, "Hz")
+    require(is_positive(frequency), key, text, allowed)
+    return Added(match["place"], match["kind"], frequency)
+
+
+def place_of(key: str) -> str:
+    """Return the gauge of a key of an instrument; empty for other keys."""
+    match = _INSTRUMENT_KEY.fullmatch(key)
+    return match["place"] if match else ""
+
+
+def columns_of(added: list[Added], time: FloatArray) -> FloatArray:
+    """Return what is added by an offset, and by each of some others, for each unit of it.
+
+    Its columns are 1 for the offset, the time [s] for a drift, cosine and sine for a hum; times are
+    those of the file, whose 0 is the trigger; shape (samples, columns).
+    """
+    columns = [np.ones_like(time)]
+    if any(each.kind == "drift" for each in added):
+        columns.append(time)
+    for each in added:
+        if each.kind == "hum":
+            phase = 2 * np.pi * each.frequency * time
+            columns += [np.cos(phase), np.sin(phase)]
+    return np.stack(columns, axis=1)
+
+
+def drooped(time: FloatArray, force: FloatArray, constant: float) -> FloatArray:
+    """Return a force as a charge amplifier with a time constant [s] shows it.
+
+    The shown force y follows from dy/dt = dF/dt - y / constant, from 0 at the first sample, here
+    solved exactly for a force F that is linear between samples a median step apart.
+    """
+    from scipy.signal import lfilter
+
+    step = float(np.median(np.diff(time)))
+    even = time[0] + step * np.arange(int(np.ceil((time[-1] - time[0]) / step - 1e-6)) + 1)
+    decay = np.exp(-step / constant)
+    # y[k] = decay y[k - 1] + gain (F[k] - F[k - 1]), a gain of mean exp(-s / constant) over a step
+    gain = -np.expm1(-step / constant) * constant / step
+    shown = lfilter([gain, -gain], [1.0, -decay], np.interp(even, time, force - force[0]))
+    return np.asarray(np.interp(time, even, shown))
+
 
 _MOST_FACTOR = 100.0
 """Largest factor by which a value may change if no range is given."""
@@ -185,6 +286,10 @@ class Free:
         pairs = zip(self.keys, x, self.start, strict=False)
         return {key: float(at) * start for key, at, start in pairs}
 
+    def said(self, x: FloatArray) -> str:
+        """Return the values of the keys in words."""
+        return ", ".join(f"{key} = {value:.6g}" for key, value in self.values(x).items())
+
     def scene(self, base: Scene, x: FloatArray) -> Scene:
         """Return a scene with these values."""
         values = {key: at for key, at in self.values(x).items() if not is_of_instrument(key)}
@@ -206,7 +311,8 @@ def free_of(scene: Scene, given: Sequence[str], ties: Mapping[str, str] | None) 
     keys = [key for key, _ in pairs]
     allowed = "must have a key of the scene, a gain or a droop, too, besides what is only added"
     require(bool(keys), "free", given, allowed)
-    require(len({*keys, *(each.key for each in added)}) == len(given), "free", given, _TWICE)
+    allowed = "names a key twice"
+    require(len({*keys, *(each.key for each in added)}) == len(given), "free", given, allowed)
     start, ranges = [], []
     for key, text in pairs:
         is_of_scene = not is_of_instrument(key)
@@ -281,16 +387,12 @@ where digits of the file, or the least noise of simulated forces, are larger tha
 
 
 class AddedValues(NamedTuple):
-    """Contributions of instruments to forces.
-
-    Values of least squares for given variables [SI], their derivatives by these, shape (keys,
-    variables), and their covariance by noise of variance 1 if the variables were exact.
-    """
+    """Contributions of instruments to forces, by least squares for given variables [SI]."""
 
     keys: list[str]
     numbers: list[float]
-    slopes: FloatArray
-    covariance: FloatArray
+    slopes: FloatArray  # derivatives by the variables, shape (keys, variables)
+    covariance: FloatArray  # by noise of variance 1, if the variables were exact
 
 
 class Model(ABC):
@@ -300,24 +402,19 @@ class Model(ABC):
     """
 
     gauges: tuple[Gauge, ...] = ()
-    remarks: tuple[str, ...] = ()
-    """Sentences on clipped recordings."""
+    remarks: tuple[str, ...] = ()  # on clipped recordings
     noise_is_known = True
-    given = "traces"
-    """Name of the measured quantity in refusals."""
-    widths: tuple[float, ...] = ()
-    """Widths over which a search may first smooth, the widest first."""
+    given = "traces"  # name of the measured quantity in refusals
+    widths: tuple[float, ...] = ()  # over which a search may first smooth, the widest first
 
     def __init__(self, base: Scene, free: Free, deadline: Deadline, shifts: int = 0) -> None:
-        self._base, self._free, self._deadline = base, free, deadline
+        self._base, self.free, self._deadline = base, free, deadline
         self._measured = np.zeros(0)
         self._keys = len(free.keys)
         self.begin = np.append(np.ones(self._keys), np.zeros(shifts))
-        """Start of a search, and the bounds of its variables."""
         self.low = np.append(free.low, np.full(shifts, -np.inf))
         self.high = np.append(free.high, np.full(shifts, np.inf))
-        self.runs = self.offsets = 0
-        """Runs so far, and how many offsets of gauges were subtracted."""
+        self.runs = self.offsets = 0  # so far, and of gauges, which were subtracted
 
     @property
     def size(self) -> int:
@@ -327,10 +424,6 @@ class Model(ABC):
     def shifts(self, x: FloatArray) -> FloatArray:  # noqa: ARG002
         """Times on the measured clocks at which the run begins [s], shape (files,)."""
         return np.zeros(0)
-
-    def values(self, x: FloatArray) -> dict[str, float]:
-        """Values of the keys, by name."""
-        return self._free.values(x)
 
     def allows(self, x: FloatArray) -> bool:
         """Whether all values are within their bounds, and the scene is possible."""
@@ -344,7 +437,7 @@ class Model(ABC):
 
     def scene(self, x: FloatArray) -> Scene:
         """Return the scene with other values."""
-        return self._free.scene(self._base, x)
+        return self.free.scene(self._base, x)
 
     def differences(
         self, x: FloatArray, width: float = 0.0, rtol: float | None = None
@@ -358,11 +451,11 @@ class Model(ABC):
         return self._differences(x, width, rtol)
 
     def _differences(self, x: FloatArray, width: float, rtol: float | None) -> FloatArray:
-        values = self.values(x)
         try:
             forces = self._read(x, rtol)
         except SceneError as problem:
-            raise RunFailed(f"with {said(values)}, which the fit tried: {problem}") from None
+            tried = f"with {self.free.said(x)}, which the fit tried"
+            raise RunFailed(f"{tried}: {problem}") from None
         return self._smoothed(forces - self._measured, width)
 
     def slopes(self, x: FloatArray, width: float = 0.0, rtol: float | None = None) -> FloatArray:
@@ -378,10 +471,8 @@ class Model(ABC):
         moves = np.diag(steps)
         before, after = (np.clip(x + sign * moves, self.low, self.high) for sign in (-1, 1))
         self.runs += 2 * x.size
-        ends = [*before, *after]
-        differences = list(on_cores(of, ends))
-        changes = np.array(differences[x.size :]) - np.array(differences[: x.size])
-        return np.asarray(changes.T / np.diag(after - before))
+        low, high = np.split(np.array(list(on_cores(of, [*before, *after]))), 2)
+        return np.asarray((high - low).T / np.diag(after - before))
 
     @abstractmethod
     def _read(self, x: FloatArray, rtol: float | None) -> FloatArray:
@@ -405,36 +496,17 @@ class Model(ABC):
 
 @dataclass(frozen=True, eq=False)
 class Series:
-    """The samples of a gauge in a file that are compared.
+    """The samples of a gauge in a file that are compared."""
 
-    Parameters
-    ----------
-    file, gauge
-        Places of the file, and of the gauge among those of the model.
-    time
-        On the measured clock [s], shape (samples,).
-    force
-        Over the noise, shape (samples,).
-    noise
-        Standard deviation of the noise [N].
-    quiet
-        Number of samples at the start before anything arrives.
-    block
-        Samples in half the width of the narrowest pulse.
-    columns, inverse
-        What an offset, and what else is added, adds for each unit [N], shape (samples, values); and
-        the inverse that gives these values by least squares.
-    """
-
-    file: int
-    gauge: int
-    time: FloatArray
-    force: FloatArray
-    noise: float
-    quiet: int
-    block: int
-    columns: FloatArray
-    inverse: FloatArray
+    file: int  # its place
+    gauge: int  # its place among those of the model
+    time: FloatArray  # on the measured clock [s], shape (samples,)
+    force: FloatArray  # over the noise, shape (samples,)
+    noise: float  # standard deviation [N]
+    quiet: int  # number of samples at the start before anything arrives
+    block: int  # samples in half the width of the narrowest pulse
+    columns: FloatArray  # what an offset, and else, adds for each unit [N], (samples, values)
+    inverse: FloatArray  # gives these values by least squares, (values, samples)
 
     def without_added(self, values: FloatArray) -> FloatArray:
         """Return values less the offset, and what else is added, that is nearest to them."""
@@ -488,7 +560,7 @@ class OfTraces(Model):
 
         Samples before the run begins are only of use for what instruments add.
         """
-        begin = traces.time[0] if self._free.added else shift
+        begin = traces.time[0] if self.free.added else shift
         during = (traces.time >= begin) & (traces.time - shift <= expected.until)
         time, compared = traces.time[during], []
         allowed = "have no samples while the scene is known: check clock and unit"
@@ -535,7 +607,7 @@ class OfTraces(Model):
         times, place = np.unique(clipped, return_inverse=True)
         history = motion_at(scene, times, rtol or self._rtol, self._deadline)
         force = read_in(scene, self.gauges, history)[place, self._gauge] * (places >= 0)
-        parts, values = self._parts(force), self.values(x)
+        parts, values = self._parts(force), self.free.values(x)
         for k, series in enumerate(self._series):
             if series.gauge in self._droops:
                 constant = values[self._droops[series.gauge]]
@@ -634,11 +706,6 @@ class OfTraces(Model):
         return float(chdtrc(means.size, squares))
 
 
-def said(values: dict[str, float]) -> str:
-    """Return values of keys in words."""
-    return ", ".join(f"{key} = {value:.6g}" for key, value in values.items())
-
-
 def lasting(differences: FloatArray) -> tuple[float, float]:
     """Return the correlation with the next sample, and the variance of means that it multiplies."""
     centred = differences - differences.mean()
@@ -654,11 +721,8 @@ _SEARCH_RTOL = 1e-8
 class OfPeaks(Model):
     """Relative differences of peak forces.
 
-    Parameters
-    ----------
-    peaks
-        Forces of each file [N], shape (contacts,), NaN where none was measured; contacts without
-        force, of which there is no relative difference, are left out.
+    ``peaks`` are the forces of each file [N], shape (contacts,), NaN where none was measured;
+    contacts without force, of which there is no relative difference, are left out.
     """
 
     noise_is_known = False
@@ -692,7 +756,7 @@ class OfPeaks(Model):
             contact = run.scene.contact_name(run.scene.contacts[late[0]])
             allowed = f"is before the peak of {contact}: give a later end_time in [run]"
             raise SceneError("end_time", run.scene.end_time, allowed)
-        gain = self.values(x).get(GAIN, 1.0)
+        gain = self.free.values(x).get(GAIN, 1.0)
         return np.asarray(gain * run.peak_force[self._places] / self._force)
 
     def chance(self, differences: FloatArray) -> float:

@@ -245,10 +245,8 @@ class _Numbers:
 
     @property
     def overlap(self) -> str:
-        """LAMMPS formula of the overlap between a granule and the next one, or the wall [m].
-
-        The place of the next granule is 0 for the last granule.
-        """
+        """LAMMPS formula of the overlap between a granule and the next one, or the wall [m]."""
+        # The place of the next granule is 0 for the last granule.
         overlap = f"{self.name('reach')}+x-c_ahead"
         return overlap if self._scene.wall else f"(id<{self._scene.bodies})*({overlap})"
 
@@ -288,10 +286,7 @@ class _Numbers:
 
 
 def _by_granule(name: str, values: FloatArray) -> list[str]:
-    """Return a variable with a value in each granule.
-
-    A ``set`` for each granule would print three lines each, and hide the verdict among them.
-    """
+    """Return a variable with a value in each granule; ``set`` would print three lines each."""
     terms, last = [], 0
     for value, alike in itertools.groupby(values.tolist()):
         first, last = last + 1, last + len(list(alike))
@@ -576,9 +571,8 @@ def looks_at_damped(scene: Scene, legs: Sequence[Leg], every: int, apart: int) -
 def _made_of_rounding(scene: Scene, step: float) -> FloatArray:
     """Return the relative change of the peaks by rounding errors of the coordinates, (contacts,).
 
-    Repeated collisions amplify rounding errors. Granules are shifted at random at the start, as far
-    as rounding at every step would move them, in several runs. A contact that changes less than the
-    median gets the median.
+    Repeated collisions amplify rounding errors: granules start shifted at random, as far as
+    rounding at every step moves them. A contact that changes less than the median gets the median.
     """
     units, granules = scene.units, scene.bodies
     legs = scene.schedule(step * units.time)

@@ -112,11 +112,8 @@ def _damped(damping: DampingLaw, **law: Term) -> Scene:
 
 
 def _restarted(text: str, ranks: int) -> str:
-    """Return a deck that stops after the pulse and continues from a restart file.
-
-    The pair style is stated again: LAMMPS of 2022 to 2025 restores granular with a cutoff of 0, so
-    that no rank would have granules of its neighbours.
-    """
+    """Return a deck that stops after the pulse and continues from a restart file."""
+    # LAMMPS of 2022 to 2025 restores granular with a cutoff of 0, without granules of other ranks.
     law = text[text.index("pair_style") : text.index("# Wide enough")]
     commands = [
         "unfix shock", "write_restart middle.restart", "clear", f"processors {ranks} 1 1",

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, fields, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,7 +21,6 @@ from hertzchain.scene.scene import Scene
 from hertzchain.scene.terms import Gauge
 
 if TYPE_CHECKING:
-    from hertzchain.observables.compiling import Record
     from hertzchain.observables.observer import Watch
 
 LATEST = 8.0
@@ -69,11 +68,6 @@ class FirstPulses:
     is_clear: _Mask
     is_steady: _Mask
 
-    @classmethod
-    def of(cls, pulses: Record, static: FloatArray) -> FirstPulses:
-        """Return the pulses that ``observer.read_off`` found: see ``observer.PULSE``."""
-        return cls(static=static, **{name: pulses[name] for name in pulses.dtype.names})
-
     def part(self, some: slice) -> FirstPulses:
         """Return the first pulses of some signals."""
         return FirstPulses(*(getattr(self, field.name)[some] for field in fields(self)))
@@ -119,7 +113,8 @@ def pulses_in(watch: Watch | None) -> FirstPulses | None:
     from hertzchain.observables.observer import read_off
 
     read_off(watch)
-    return FirstPulses.of(watch.pulses.copy(), watch.signals["static"].copy())
+    columns = {name: watch.pulses[name].copy() for name in watch.pulses.dtype.fields or ()}
+    return FirstPulses(static=watch.signals["static"].copy(), **columns)
 
 
 def is_driven_to_the_end(scene: Scene) -> bool:
@@ -162,22 +157,16 @@ class Signals:
         law, static = self.law.in_units(units), self.static / units.force
         return replace(self, law=law, static=static, slowness=slowness)
 
-    def at_the_start(self, unit: float = 1.0) -> Any:
-        """Return the signals as a watch takes them; ``unit`` is the natural unit of force."""
-        from hertzchain.observables.observer import LEAST, signals_of
+    def watch(self, unit: float = 1.0) -> Watch:
+        """Return a watch for a run in these units; ``unit`` is the natural unit of force."""
+        from hertzchain.observables.observer import LEAST, signals_of, watch_of
 
         signals = signals_of(self.law, self.static, self.places)
         signals["least"] = LEAST * (unit + signals["static"])
         signals["slowness"][: self.slowness.size] = self.slowness
         signals["above"] = signals["static"] + signals["least"]
         signals["below"] = -np.inf
-        return signals
-
-    def watch(self, unit: float = 1.0) -> Watch:
-        """Return a watch for a run in these units; ``unit`` is the natural unit of force."""
-        from hertzchain.observables.observer import watch_of
-
-        return watch_of(self.at_the_start(unit), self.static.size)
+        return watch_of(signals, self.static.size)
 
 
 def check_wanted(wanted: str | None) -> None:

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple, Protocol
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,24 +23,14 @@ from hertzchain.arrays import FloatArray
 from hertzchain.observables.compiling import Record, Records, compiled, compiled_and_kept, part
 from hertzchain.observables.peaks import SIGNIFICANT
 
+if TYPE_CHECKING:
+    from hertzchain.observables.samples import DampedLaw
+
 State = tuple[float, float, float, float]
 """Overlap of a contact and its first three derivatives; the third is NaN where it is not known."""
 
 Polynomial = tuple[float, float, float, float, float, float, float, float]
 """Coefficients of an overlap in a step over the place s in it, from 0 to 1; s^7 is the last."""
-
-
-class ContactLaw(Protocol):
-    """The fields of ``samples.DampedLaw`` that make signals."""
-
-    @property
-    def stiffness(self) -> FloatArray: ...  # noqa: D102
-    @property
-    def damping(self) -> FloatArray: ...  # noqa: D102
-    @property
-    def exponent(self) -> float: ...  # noqa: D102
-    @property
-    def attraction(self) -> bool: ...  # noqa: D102
 
 
 _BINOMIAL = (1.0, 6.0, 15.0, 20.0, 15.0, 6.0, 1.0)
@@ -350,7 +340,7 @@ def watch_of(signals: Records, contacts: int) -> Watch:
 
 
 def signals_of(
-    law: ContactLaw, static: FloatArray | None = None, pairs: Sequence[tuple[int, int]] = ()
+    law: DampedLaw, static: FloatArray | None = None, pairs: Sequence[tuple[int, int]] = ()
 ) -> Records:
     """Return the signals of all contacts, then of gauges in granules, with their ``DampedLaw``.
 

@@ -152,42 +152,18 @@ _FLAT_OVER_NEXT_SAMPLES = 8  # samples within a digit below it; chosen, more tha
 
 @dataclass(frozen=True, eq=False)
 class Signal:
-    """The pulse in a recording.
+    """The pulse in a recording."""
 
-    Parameters
-    ----------
-    time
-        Times of its samples from its start, which is 0 [s], shape (samples,).
-    force
-        Without the baseline, at least 0 [N], shape (samples,).
-    start
-        Its start in the recording [s].
-    baseline
-        Baseline that was subtracted [N].
-    baseline_samples
-        Number of samples of which it is the mean; 0 if it was given or nothing was subtracted.
-    baseline_error
-        Standard deviation of the baseline [N]; 0 if it was given or nothing was subtracted.
-    noise
-        Noise of the force.
-    left_out
-        Impulse of the recording before the start and after the end [N s].
-    remarks
-        Changes, and remarks to check, as labels and texts.
-    warnings
-        Sentences on reasons for wrong numbers of the pulse; usually empty.
-    """
-
-    time: FloatArray
-    force: FloatArray
-    start: float
-    baseline: float
-    baseline_samples: int
-    baseline_error: float
+    time: FloatArray  # of its samples from its start, which is 0 [s], shape (samples,)
+    force: FloatArray  # without the baseline, at least 0 [N], shape (samples,)
+    start: float  # in the recording [s]
+    baseline: float  # that was subtracted [N]
+    baseline_samples: int  # of which it is the mean; 0 if it was given or none was subtracted
+    baseline_error: float  # its standard deviation [N]; 0 as above
     noise: Noise
-    left_out: tuple[float, float]
-    remarks: tuple[tuple[str, str], ...]
-    warnings: tuple[str, ...] = ()
+    left_out: tuple[float, float]  # impulse before the start and after the end [N s]
+    remarks: tuple[tuple[str, str], ...]  # changes, and remarks to check, as labels and texts
+    warnings: tuple[str, ...] = ()  # reasons for wrong numbers of the pulse; usually empty
 
 
 def pulse_of(
@@ -198,21 +174,10 @@ def pulse_of(
 ) -> Signal:
     """Find the pulse in a recording.
 
-    Parameters
-    ----------
-    recording
-        The recording.
-    baseline
-        Value of the file without a force, in the unit of its column; by default the mean before the
-        pulse.
-    start, end
-        Times in the recording [s]; by default where averages of the force leave the noise, and
-        where they are last above it.
-
-    Raises
-    ------
-    HertzchainError
-        If there is no pulse, or one that pulls, or for an impossible option.
+    ``baseline`` is the value of the file without a force, in the unit of its column, by default the
+    mean before the pulse; ``start`` and ``end`` are times in the recording [s], by default where
+    averages of the force leave the noise, and where they are last above it. HertzchainError if
+    there is no pulse, or one that pulls, or for an impossible option.
     """
     time, force = recording.time, recording.force
     step = float(time[-1] - time[0]) / (time.size - 1)
@@ -466,22 +431,12 @@ class Value(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class MeasuredPulse:
-    """A measured pulse with few rows.
-
-    Parameters
-    ----------
-    recording, signal
-        The recording, and the pulse found in it.
-    table
-        The pulse table; its impulse is that of the samples.
-    bend
-        Largest distance of the force from the lines of the table, apart from noise [N].
-    """
+    """A measured pulse with few rows."""
 
     recording: Recording
     signal: Signal
-    table: PulseTable
-    bend: float
+    table: PulseTable  # its impulse is that of the samples
+    bend: float  # largest distance of the force from the lines of the table, apart from noise [N]
 
     @property
     def peak_force(self) -> Value:

@@ -74,24 +74,12 @@ sample k is HResolution (k - 1) + HOffset).
 
 @dataclass(frozen=True, eq=False)
 class Recording:
-    """A measured signal.
+    """A measured signal."""
 
-    Parameters
-    ----------
-    time
-        Increasing times as in the file [s], shape (samples,).
-    force
-        Forces with the baseline [N], shape (samples,).
-    newtons
-        N for each unit of the column of forces.
-    facts
-        Layout and units of the file, as labels and texts.
-    """
-
-    time: FloatArray
-    force: FloatArray
-    newtons: float
-    facts: tuple[tuple[str, str], ...]
+    time: FloatArray  # increasing times as in the file [s], shape (samples,)
+    force: FloatArray  # with the baseline [N], shape (samples,)
+    newtons: float  # N for each unit of the column of forces
+    facts: tuple[tuple[str, str], ...]  # layout and units of the file, as labels and texts
 
 
 @dataclass(frozen=True, eq=False)
@@ -341,24 +329,12 @@ def read_recording(
     time_unit: str | None = None,
     scale: float | None = None,
 ) -> Recording:
-    """Read a text file with columns of time and force in any layout.
+    """Read a text file with columns of time and force in any layout, or such columns.
 
-    Parameters
-    ----------
-    source
-        The file, or its columns.
-    time, force
-        Names or numbers, from 1, of the columns; by default the first two that hold numbers.
-    time_unit
-        Unit of the times; by default that of the header, or s.
-    scale
-        N for each unit of the column of forces, such as N for each volt; by default those of the
-        unit in the header, or 1.
-
-    Raises
-    ------
-    HertzchainError
-        With the first wrong lines of the file, or for an impossible column or unit.
+    ``time`` and ``force`` are names or numbers, from 1, of columns; by default the first two that
+    hold numbers. ``time_unit`` is by default that of the header, or s; ``scale`` is N for each unit
+    of the column of forces, such as N for each volt, by default those of the unit in the header, or
+    1. HertzchainError with the first wrong lines, or for an impossible column or unit.
     """
     columns = source if isinstance(source, Columns) else read_columns(source)
     path, others = columns.path, iter(columns.numeric)
@@ -417,18 +393,10 @@ _TO_DEVIATION = 1.4826  # standard deviation over median size of Gaussian noise
 
 @dataclass(frozen=True)
 class Noise:
-    """Noise of the force.
+    """Noise of the force."""
 
-    Parameters
-    ----------
-    deviation
-        Standard deviation of a sample [N]; at least that of the digits of the recording.
-    density
-        Standard deviation of its integral over a time, over the root of that time [N s^(1/2)].
-    """
-
-    deviation: float
-    density: float
+    deviation: float  # standard deviation of a sample [N]; at least that of the recording's digits
+    density: float  # that of its integral over a time, over the root of that time [N s^(1/2)]
 
     def of_mean(self, samples: int, step: float) -> float:
         """Return the standard deviation of a mean [N] of samples with a time between them [s]."""

@@ -172,17 +172,13 @@ def print_document(
     has_all = "shown by --all" if document.command in ("run", "compare") else "shown by --json"
     left = native.contact.size - len(rows) if peaks.of_contacts else 0
     print_left_out(console, left, native.contact[-1], others or has_all)
-    if is_verdict:
+    if is_verdict and not document.tables:
         console.print()
-    if (answers := document.answers) is not None:
-        console.print(table(answers.header, answers.rows, left=("", "number")))
-    if (pulses := document.pulses) is not None:
-        console.print(f"\n{pulses.caption}")
-        console.print(table(pulses.header, pulses.rows))
+    for extra in document.tables:
+        console.print(f"\n{extra.caption}" if extra.header[0] else "")
+        console.print(table(extra.header, extra.rows, left=("", "number")))
     if document.facts:
         print_facts(console, document.facts)
-    for remark in document.notes:
-        print_prose(console, f"{remark}.")
     if document.findings:
         _print_findings(console, document)
     _print_remarks(console, *dict.fromkeys([*document.remarks, *native.warnings]))

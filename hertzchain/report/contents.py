@@ -26,7 +26,6 @@ from hertzchain.report.document import (
     duration,
     facts_of_terms,
     failure_of,
-    given_peaks,
     known_digits,
     number,
     shown_contacts,
@@ -41,7 +40,6 @@ from hertzchain.scene.scene import Scene
 from hertzchain.verdict.run_checks import FIRST_PULSES, PEAKS
 
 if TYPE_CHECKING:
-    from hertzchain.engines.lammps.reading.deck import Executed
     from hertzchain.engines.native.batch import Batch
     from hertzchain.examiner.examined import DeckCheck, DeckExamination
     from hertzchain.verdict.comparison import Comparison
@@ -59,11 +57,9 @@ def of_result(result: Result, pulses: bool = False) -> Document:
         results={result.backend: result},
         verdict=Verdict(None, ""),
         peaks=_peaks(result),
-        drawn={},
-        limits=(),
         facts=_facts(result),
         remarks=result.warnings,
-        pulses=_pulses(result) if pulses else None,
+        tables=[_pulses(result)] if pulses else [],
     )
 
 
@@ -113,7 +109,7 @@ def _pulses(result: Result) -> Table:
         for pulse in train.to_frame().to_dict("records")
     ]
     header = ("pulse of", "time [s]", "dynamic force [N]", "arrival [s]", "width [s]")
-    return Table("All pulses, incident and reflected", header, rows)
+    return Table("Pulses", "All pulses, incident and reflected", header, rows)
 
 
 def _facts(result: Result) -> list[tuple[str, str]]:
@@ -261,12 +257,14 @@ def of_comparison(comparison: Comparison) -> Document:
     named = FORMULAS if comparison.scene.is_plain else ()  # formulas are only for plain scenes
     equations = {name: getattr(formulas, name) for name in named}
     drawn = {name: result.peak_force for name, result in others.items()}
-    of_formulas = [f"Formulas: {text}" for text in (formulas.applicable, formulas.note) if text]
-    similar = (
-        f"{LABELS[name]} computed {how}"
-        for name, result in others.items()
-        if (how := similar_scene(result)) is not None
-    )
+    notes = [
+        *(f"Formulas: {text}" for text in (formulas.applicable, formulas.note) if text),
+        *(
+            f"{LABELS[name]} computed {how}"
+            for name, result in others.items()
+            if (how := similar_scene(result)) is not None
+        ),
+    ]
     return Document(
         kind="Comparison",
         numbers=comparison.to_dict,
@@ -280,9 +278,9 @@ def of_comparison(comparison: Comparison) -> Document:
             for name, result in others.items()
         ],
         absent=[LABELS[name] for name in comparison.wanted if name not in comparison.results],
-        answers=_answers(comparison),
+        tables=[_answers(comparison, notes)],
         checks=comparison.checks,
-        notes=[*of_formulas, *similar],
+        remarks=notes,
     )
 
 
@@ -328,8 +326,8 @@ def _compared_peaks(
     )
 
 
-def _answers(comparison: Comparison) -> Table:
-    """Return the facts of each simulation side by side, and their cost."""
+def _answers(comparison: Comparison, notes: Sequence[str]) -> Table:
+    """Return the facts of each simulation side by side, and their cost, with notes on them."""
     facts = {
         name: {
             **dict(main_facts(result)),
@@ -347,13 +345,25 @@ def _answers(comparison: Comparison) -> Table:
     if formulas.speed:
         said["speed"] = f"{formulas.speed:.2f}, exact {formulas.exact_speed:.2f} at F_SW"
     wanted = [*comparison.wanted, "formulas"] if comparison.scene.is_plain else comparison.wanted
+    said_of_all = (
+        "The number of steps is of the run itself; time is of the whole call, with the runs that"
+        " find its step and its error."
+    )
+    below = [" ".join([said_of_all, *(f"{note}." for note in notes)])]
+    if comparison.scene.is_plain:
+        below.append(
+            "p: granules in the transition; F_SW: peak force of contact p + 1. The formulas are"
+            " given p and F_SW of native."
+        )
     return Table(
+        "What each of them says of the chain as a whole",
         "What each of them says of the chain as a whole",
         ["", *(LABELS.get(name, name) for name in wanted)],
         [
             [label, *((facts | {"formulas": said}).get(name, {}).get(label, "") for name in wanted)]
             for label in facts["native"]
         ],
+        below=below,
     )
 
 
@@ -460,6 +470,35 @@ def _facts_of_peaks(judgement: Judgement, judged: int, failed: int) -> list[tupl
     return facts
 
 
+def given_peaks(
+    native: Result,
+    what: str,
+    label: str,
+    given: FloatArray,
+    reference: FloatArray,
+    words: Sequence[str],
+) -> Peaks:
+    """Return given peaks next to those of the reference, with a word on each contact."""
+
+    def row(k: int) -> list[str]:
+        is_known = np.isfinite(given[k]) and reference[k] > 0
+        off = f"{given[k] / reference[k] - 1:+.1e}" if is_known else ""
+        name = native.scene.contact_label(native.scene.contacts[k])
+        return [name, number(given[k], 9), number(reference[k], 9), off, words[k]]
+
+    failed = [k for k, word in enumerate(words) if word == "FAIL"]
+    off = np.nan_to_num(given / np.where(reference > 0, reference, np.nan) - 1, nan=np.inf)
+    most = 0.99 * max(np.abs(off[failed]), default=0.0)  # as two digits show it
+    worst = [k for k in failed if abs(off[k]) >= most][:1]
+    # Most failed contacts outside the transition on a terminal
+    return Peaks(
+        f"{what}, and by the reference method",
+        [("contact", ""), (label, "[N]"), ("native", "[N]"), ("difference", ""), ("", "")],
+        row,
+        sorted({*range(len(shown_contacts(native))), *failed[:10], *worst}),
+    )
+
+
 def of_examination(examination: DeckExamination) -> Document:
     """Return the document of an examination of a user's deck."""
     native, tolerance, deck = examination.reference, examination.tolerance, examination.contents
@@ -498,7 +537,11 @@ def of_examination(examination: DeckExamination) -> Document:
         drawn={"lammps": examination.peak_force},
         limits=[("lammps", "tolerance", tolerance)],
         facts=[
-            ("deck", _about(examination)),
+            (
+                "deck",
+                f"{examination.deck}: units {deck.units}, the chain lies along {deck.axis}"
+                + (", shocked at its upper end" if deck.reversed else ""),
+            ),
             ("checks", f"{sum(check.passed for check in examination.checks)} of {compared} passed"),
             ("largest difference of the peaks", off),
             ("largest time step", f"{dt:.4g} s"),
@@ -511,13 +554,6 @@ def of_examination(examination: DeckExamination) -> Document:
             *(_finding([check], passed=True) for check in small),
         ],
     )  # fmt: skip
-
-
-def _about(examination: DeckExamination) -> str:
-    """Return words for units and axis of a deck."""
-    deck = examination.contents
-    end = ", shocked at its upper end" if deck.reversed else ""
-    return f"{examination.deck}: units {deck.units}, the chain lies along {deck.axis}{end}"
 
 
 def _share(effect: float | None) -> str:
@@ -585,52 +621,59 @@ def _examined_peaks(examination: DeckExamination) -> Peaks:
 
 def _remarks(examination: DeckExamination) -> list[str]:
     """Return sentences on parts not examined, and on commands left out."""
+    # A command that a loop repeats is named only at its last repetition.
+    commands = {(line.file, line.line): line for line in examination.left_out}
     left = [  # an output that is not written changes nothing
         f"{line.file}:{line.line}: “{line.written.strip()}” was left out: {line.why_not}"
-        for line in _once(examination.left_out)
+        for line in commands.values()
         if line.text.split()[0] != "print" and "write files" not in str(line.why_not)
     ]
     return [*examination.remarks, *left]
 
 
-def _once(commands: Sequence[Executed]) -> list[Executed]:
-    """Return commands without the repetitions of a loop."""
-    return list({(command.file, command.line): command for command in commands}.values())
+def _of_checked(
+    judgement: TraceJudgement | TrainJudgement, kind: str, within: str, peaks: Peaks, **parts: Any
+) -> Document:
+    """Return the document of a judgement that rests on checks: ``within`` what all of them are."""
+    checks, native = judgement.checks, judgement.reference
+    failed = [check for check in checks if not check.passed]
+    sentence = f"All {len(checks)} numbers are within {within}." if checks else _NOTHING
+    if failed:
+        off = f"{judgement.tolerance:.1e}"
+        sentence = f"{len(failed)} of {len(checks)} numbers do not agree within {off}."
+    said = [*parts.get("remarks", ()), *native.warnings]
+    failures = [failure_of(check) for check in failed]
+    return Document(
+        kind=kind,
+        numbers=judgement.to_dict,
+        command="judge",
+        results={"native": native},
+        verdict=Verdict(judgement.verdict == "pass", sentence, failures, said),
+        peaks=peaks,
+        checks=checks,
+        **parts,
+    )
+
+
+_NOTHING = "Nothing could be judged."
 
 
 def of_traces(judgement: TraceJudgement) -> Document:
     """Return the document of a judgement of measured forces over time."""
-    checks, tolerance = judgement.checks, judgement.tolerance
-    failed = [check for check in checks if not check.passed]
-    if not checks:
-        sentence = "Nothing could be judged."
-    elif failed:
-        sentence = f"{len(failed)} of {len(checks)} numbers are off by more than {tolerance:.1e}."
-    else:
-        sentence = f"All {len(checks)} numbers are within {tolerance:.1e} and their noise."
-    return Document(
-        kind="Judgement of measured traces",
-        numbers=judgement.to_dict,
-        command="judge",
-        results={"native": judgement.reference},
-        verdict=Verdict(
-            judgement.verdict == "pass",
-            sentence,
-            [failure_of(check) for check in failed],
-            [*judgement.remarks, *judgement.reference.warnings],
-        ),
-        peaks=_pulses_of_traces(judgement),
-        drawn={},
-        limits=[],
-        checks=checks,
+    within = f"{judgement.tolerance:.1e} and their noise"
+    return _of_checked(
+        judgement,
+        "Judgement of measured traces",
+        within,
+        _pulses_of_traces(judgement),
         overlays=_overlays(judgement),
         facts=[
             ("the run begins at", f"{judgement.shift:.6g} s of the measured clock"),
             ("the reference is known until", f"{judgement.expected.until:.3g} s of the run"),
-            ("tolerance", f"{tolerance:.1e}, and the noise"),
+            ("tolerance", f"{judgement.tolerance:.1e}, and the noise"),
         ],
         remarks=judgement.remarks,
-    )  # fmt: skip
+    )
 
 
 def _overlays(judgement: TraceJudgement) -> list[Overlay]:
@@ -675,12 +718,7 @@ def _pulses_of_traces(judgement: TraceJudgement) -> Peaks:
 
 def of_trains(judgement: TrainJudgement) -> Document:
     """Return the document of a judgement of measured pulses."""
-    checks, tolerance = judgement.checks, judgement.tolerance
-    failed = [check for check in checks if not check.passed]
-    sentence = f"All {len(checks)} numbers are within {tolerance:.1e}."
-    if failed:
-        sentence = f"{len(failed)} of {len(checks)} numbers do not agree within {tolerance:.1e}."
-    forces = [check for check in checks if check.kind.name.startswith("force")]
+    forces = [check for check in judgement.checks if check.kind.name.startswith("force")]
 
     def row(k: int) -> list[str]:
         check = forces[k]
@@ -690,27 +728,16 @@ def of_trains(judgement: TrainJudgement) -> Document:
         off = f"{check.measured / check.expected - 1:+.1e}"
         return [place, number(check.measured, 6), number(check.expected, 6), off]
 
-    return Document(
-        kind="Judgement of measured pulses",
-        numbers=judgement.to_dict,
-        command="judge",
-        results={"native": judgement.reference},
-        verdict=Verdict(
-            not failed, sentence, [failure_of(check) for check in failed],
-            judgement.reference.warnings,
-        ),
-        peaks=Peaks(
-            "Dynamic force of each pulse [N]: as measured, and by the reference method",
-            [("pulse", ""), ("measured", "[N]"), ("native", "[N]"), ("difference", "")],
-            row,
-            range(len(forces)),
-            of_contacts=False,
-        ),
-        drawn={},
-        limits=[],
-        checks=checks,
-        facts=[("tolerance", f"{tolerance:.1e}")],
-    )  # fmt: skip
+    peaks = Peaks(
+        "Dynamic force of each pulse [N]: as measured, and by the reference method",
+        [("pulse", ""), ("measured", "[N]"), ("native", "[N]"), ("difference", "")],
+        row,
+        range(len(forces)),
+        of_contacts=False,
+    )
+    within = f"{judgement.tolerance:.1e}"
+    facts = [("tolerance", within)]
+    return _of_checked(judgement, "Judgement of measured pulses", within, peaks, facts=facts)
 
 
 _MOST_VALUE_CHARS = 160  # characters of a value; sentences may be longer

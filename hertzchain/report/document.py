@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from datetime import datetime
 from itertools import count
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -143,21 +143,15 @@ class Verdict:
 class Table:
     """Cells as they are shown; the first ``text`` columns are text, all others numbers.
 
-    A page shows lines of a cell after the first one small. Facts are a table without a header.
+    A page shows a table below its heading, lines of a cell after the first one small, and sentences
+    below it. Facts are a table without a header.
     """
 
+    heading: str
     caption: str
     header: Sequence[str]
     rows: Sequence[Sequence[str]]
     text: int = 1
-
-
-@dataclass(frozen=True)
-class Section:
-    """A part of a page: a heading, a table, and sentences below it."""
-
-    heading: str
-    table: Table
     below: Sequence[str] = ()
 
 
@@ -212,13 +206,12 @@ class Document:
     results: Mapping[str, Result]  # results by the names of the engines
     verdict: Verdict  # for a run without a sentence
     peaks: Peaks
-    drawn: Mapping[str, FloatArray]  # peak forces [N] next to native's, by the names of styles
-    limits: Sequence[tuple[str, str, float]]  # style, label, value of lines among differences
+    # peak forces [N] next to native's, by the names of styles
+    drawn: Mapping[str, FloatArray] = field(default_factory=dict)
+    limits: Sequence[tuple[str, str, float]] = ()  # style, label, value of lines among differences
     absent: Sequence[str] = ()  # labels of engines that did not run
-    answers: Table | None = None  # the transition by each engine of a comparison
+    tables: Sequence[Table] = ()  # further ones: answers of each engine, all pulses
     checks: Sequence[Check] = ()  # checks that decide the verdict
-    pulses: Table | None = None  # all pulses of all contacts, where a run was asked for them
-    notes: Sequence[str] = ()  # remarks on the answers: formulas, engines with a similar chain
     facts: Sequence[tuple[str, str]] = ()  # label and value of facts on all contacts together
     remarks: Sequence[str] = ()  # sentences on causes, and on parts that could not be done
     # differences in a user's deck, in the order in which to correct them
@@ -401,32 +394,3 @@ def failure_of(check: Check) -> Failure:
         return Failure(check.name, "", check.reason)
     sentence = f"off by {off}, allowed is {tolerance} ({check.reason})"
     return Failure(check.name, sentence, check.kind.advice)
-
-
-def given_peaks(
-    native: Result,
-    what: str,
-    label: str,
-    given: FloatArray,
-    reference: FloatArray,
-    words: Sequence[str],
-) -> Peaks:
-    """Return given peaks next to those of the reference, with a word on each contact."""
-
-    def row(k: int) -> list[str]:
-        is_known = np.isfinite(given[k]) and reference[k] > 0
-        off = f"{given[k] / reference[k] - 1:+.1e}" if is_known else ""
-        name = native.scene.contact_label(native.scene.contacts[k])
-        return [name, number(given[k], 9), number(reference[k], 9), off, words[k]]
-
-    failed = [k for k, word in enumerate(words) if word == "FAIL"]
-    off = np.nan_to_num(given / np.where(reference > 0, reference, np.nan) - 1, nan=np.inf)
-    most = 0.99 * max(np.abs(off[failed]), default=0.0)  # as two digits show it
-    worst = [k for k in failed if abs(off[k]) >= most][:1]
-    # Most failed contacts outside the transition on a terminal
-    return Peaks(
-        f"{what}, and by the reference method",
-        [("contact", ""), (label, "[N]"), ("native", "[N]"), ("difference", ""), ("", "")],
-        row,
-        sorted({*range(len(shown_contacts(native))), *failed[:10], *worst}),
-    )

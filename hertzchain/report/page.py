@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable
 from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from hertzchain.arrays import apart
 from hertzchain.files import write_text
-from hertzchain.report.document import Document, Section, Table, describe, difference
+from hertzchain.report.document import Document, Table, describe, difference
 from hertzchain.report.files import check_format
 
 if TYPE_CHECKING:
@@ -19,107 +19,89 @@ if TYPE_CHECKING:
     from hertzchain.report.picture import Picture
     from hertzchain.verdict.check import Check
 
-TEMPLATES = Path(__file__).parent / "templates"
-
 _MOST_ROWS = 200  # most rows of a table; all further numbers are in the page's JSON
 
 
-CHECKED = ("", "check, and why this tolerance", "measured", "expected", "difference", "tolerance")
-"""Columns of a table of checks, before the one of the difference over the tolerance."""
-
-
-def mark(passed: bool) -> str:
-    """Return the word and sign of a verdict for a cell."""
-    return "✓ pass" if passed else "✗ FAIL"
-
-
 def _check_row(check: Check) -> list[str]:
-    """Return a check's measured and expected number, difference, tolerance and their ratio.
-
-    Only numbers that should be equal and are not have all the digits that distinguish them.
-    """
+    """Return the cells of a check; numbers that should be equal have the digits that differ."""
     numbers = ["" if x is None else f"{x:.9g}" for x in (check.measured, check.expected)]
     if not check.passed and check.measured is not None and check.expected is not None:
         numbers = list(apart(check.measured, check.expected, 9))
     off = ["0" if text == "0.0e+00" else text for text in difference(check)]
-    return [mark(check.passed), f"{check.name}\n{check.reason}", *numbers, *off]
+    mark = "✓ pass" if check.passed else "✗ FAIL"
+    return [mark, f"{check.name}\n{check.reason}", *numbers, *off]
 
 
 def _peak_table(document: Document) -> Table:
     """Return the table of peaks, of the first contacts in a long chain."""
-    header = [f"{label} {unit}".strip() for label, unit in document.peaks.columns]
-    if not document.peaks.of_contacts:
-        rows = [document.peaks.row(k) for k in document.peaks.shown]
-        return Table(document.peaks.heading, header, rows, 1)
-    size = document.native.contact.size
-    rows = [document.peaks.row(k) for k in range(min(size, _MOST_ROWS))]
+    peaks, size = document.peaks, document.native.contact.size
+    header = [f"{label} {unit}".strip() for label, unit in peaks.columns]
+    if not peaks.of_contacts:
+        return Table("Peak forces", peaks.heading, header, [peaks.row(k) for k in peaks.shown])
+    rows = [peaks.row(k) for k in range(min(size, _MOST_ROWS))]
     caption = "Peak force of each contact"
     if size > _MOST_ROWS:
         caption = f"Peak force of the first {_MOST_ROWS} of {size:,} contacts; all are in the JSON"
-    return Table(caption, header, rows, 0)
+    return Table("Peak forces", caption, header, rows, 0)
 
 
-def _sections(document: Document) -> list[Section]:
-    """Return the sections between the figure of a page and its scene."""
-    sections = []
-    if document.facts:
-        facts = Table("All contacts together", (), document.facts, 2)
-        said = () if document.verdict.sentence else [f"{text}." for text in document.remarks]
-        sections.append(Section("Summary", facts, said))
-    sections.append(Section("Peak forces", _peak_table(document)))
-    if document.pulses is not None:
-        sections.append(Section("Pulses", document.pulses))
-    if document.checks:
-        rows = [_check_row(check) for check in document.checks]
-        checks = Table(
-            "Each check: a number beside the one it should be",
-            (*CHECKED, "of the tolerance"),
-            rows,
-            2,
-        )
-        only = "The verdict rests on these and on nothing else; the formulas never decide."
-        sections.append(Section("Checks", checks, [only]))
-    if (answers := document.answers) is not None:
-        of_run = (
-            "The number of steps is of the run itself; time is of the whole call, with the runs"
-            " that find its step and its error."
-        )
-        said = [" ".join([of_run, *(f"{note}." for note in document.notes)])]
-        if "formulas" in answers.header:
-            said.append(
-                "p: granules in the transition; F_SW: peak force of contact p + 1. The formulas are"
-                " given p and F_SW of native."
-            )
-        sections.append(Section(answers.caption, answers, said))
-    return sections
+def _tables(document: Document) -> list[Table]:
+    """Return the tables between the figure of a page and its scene."""
+    said = () if document.verdict.sentence else [f"{text}." for text in document.remarks]
+    checks = Table(
+        "Checks",
+        "Each check: a number beside the one it should be",
+        (
+            *("", "check, and why this tolerance", "measured", "expected"),
+            *("difference", "tolerance", "of the tolerance"),
+        ),
+        [_check_row(check) for check in document.checks],
+        2,
+        ["The verdict rests on these and on nothing else; the formulas never decide."],
+    )
+    facts = Table("Summary", "All contacts together", (), document.facts, 2, said)
+    tables = [facts, _peak_table(document), checks, *document.tables]
+    return [table for table in tables if table.rows]
 
 
 def page_of(document: Document, file: str = "scene.toml", given: str = "") -> str:
     """Return a document as an HTML page, with the names of the files of scene and given peaks."""
+    from importlib.metadata import version
+
+    from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
     from hertzchain.report.figures import figure_of
 
+    environment = Environment(
+        loader=FileSystemLoader(Path(__file__).parent / "templates"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    compact = {"separators": (",", ":"), "allow_nan": False}
+    environment.policies["json.dumps_kwargs"] = compact
     native = document.native
     texts = native.scene.to_texts(Path("scene.toml"))
     versions: dict[str, str] = {}
     for result in document.results.values():
         versions |= result.numbers()["provenance"]
-    return render(
-        "verdict.html.jinja",
-        {
-            "kind": document.kind,
-            "title": describe(native.scene),
-            "file": file,
-            "given": given,
-            "verdict": document.verdict,
-            "it": document,
-            "pictures": pictures(partial(figure_of, document)),
-            "caption": _caption(document),
-            "sections": _sections(document),
-            "texts": [(path.name, text) for path, text in reversed(texts.items())],
-            "versions": list(versions.items()),
-            "numbers": document.numbers(),
-            "numbers_name": f"{document.command}.json",
-        },
+    return environment.get_template("verdict.html.jinja").render(
+        kind=document.kind,
+        title=describe(native.scene),
+        file=file,
+        given=given,
+        verdict=document.verdict,
+        it=document,
+        pictures=pictures(partial(figure_of, document)),
+        caption=_caption(document),
+        tables=_tables(document),
+        texts=[(path.name, text) for path, text in reversed(texts.items())],
+        versions=list(versions.items()),
+        numbers=document.numbers(),
+        numbers_name=f"{document.command}.json",
+        version=version("hertzchain"),
+        date=f"{datetime.now(UTC):%Y-%m-%d %H:%M} UTC",
     )
 
 
@@ -152,26 +134,6 @@ def _caption(document: Document) -> str:
             " is the error bound of that simulation."
         )
     return " ".join(said)
-
-
-def render(template: str, content: Mapping[str, Any], templates: Sequence[Path] = ()) -> str:
-    """Fill a template, from here or another folder, with content, which is escaped."""
-    from importlib.metadata import version
-
-    from jinja2 import Environment, FileSystemLoader, StrictUndefined
-
-    environment = Environment(
-        loader=FileSystemLoader([*templates, TEMPLATES]),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    compact = {"separators": (",", ":"), "allow_nan": False}
-    environment.policies["json.dumps_kwargs"] = compact
-    return environment.get_template(template).render(
-        content, version=version("hertzchain"), date=f"{datetime.now(UTC):%Y-%m-%d %H:%M} UTC"
-    )
 
 
 def write_page(

@@ -156,7 +156,7 @@ def read_granule_table(path: Path, name: str | None = None) -> Chain:
     try:
         return Chain(len(values["radius"]), **values)
     except SceneError as problem:
-        raise SceneError(problem.key, problem.value, problem.allowed, file=path) from None
+        raise problem.in_file(path) from None
 
 
 def granule_table(chain: Chain) -> str:
@@ -252,14 +252,14 @@ def sections_of(scene: Any, defaults: bool = True) -> dict[str, Any]:
         "uncertainty": {entry.key: entry.written for entry in scene.uncertain if not entry.each},
         "scatter": {entry.key: entry.written for entry in scene.uncertain if entry.each},
     }
-    absent = (
-        (("chain", "gap"), 0),
-        (("chain", "velocity"), 0),
-        (("wall", "gap"), 0),
-        (("near_wall", "gap"), 0),
-        (("chain", "fixed"), False),
-    )
-    for (section, key), value in (*absent, ((shock.section, "granule"), 1)):
+    absent = {
+        **{f"{section}.gap": 0 for section in ("chain", "wall", "near_wall")},
+        "chain.velocity": 0,
+        "chain.fixed": False,
+        f"{shock.section}.granule": 1,
+    }
+    for name, value in absent.items():
+        section, _, key = name.partition(".")
         if sections[section].get(key) == value:
             del sections[section][key]
     return {name: section for name, section in sections.items() if section}
@@ -302,13 +302,10 @@ def read_parts(path: Path) -> dict[str, Any]:
 
     A SceneError names file, key, value and what is allowed.
     """
-    document = _load(path)
     try:
-        return _parts(document, path.parent)
+        return _parts(_load(path), path.parent)
     except SceneError as problem:
-        raise SceneError(
-            problem.key, problem.value, problem.allowed, problem.file or path
-        ) from None
+        raise problem.in_file(path) from None
 
 
 def texts_of(path: Path, scene: Any) -> dict[Path, str]:
@@ -334,13 +331,10 @@ def texts_of(path: Path, scene: Any) -> dict[Path, str]:
 def _load(path: Path) -> dict[str, Any]:
     try:
         content = read_bytes(path, _LARGEST_FILE_BYTES)
-    except IsADirectoryError:
-        raise SceneError("", None, "is a directory, must be a TOML file", path) from None
     except (OSError, ValueError) as problem:  # ValueError: a null character in the name
         reason = getattr(problem, "strerror", None) or problem
-        raise SceneError(
-            "", None, f"cannot be read ({reason}), must be a TOML file", path
-        ) from None
+        allowed = f"cannot be read ({reason}), must be a TOML file"
+        raise SceneError("", None, allowed, path) from None
     try:
         text = content.decode("utf-8-sig")
         if any(line.count(".") > _MOST_DOTS_IN_LINE for line in text.split("\n")):

@@ -93,29 +93,28 @@ def lay_steps(ramps: Sequence[Ramp], end_time: float, dt: float) -> tuple[Leg, .
     A piece has ceil(length / dt) steps. The ramps follow one another and may continue beyond the
     end. Raises TooExpensive if there would be more steps than any run can take.
     """
-    pieces: list[tuple[float, float, Ramp | None]] = [
-        (0.0, ramps[0].start if ramps else end_time, None)
-    ]
-    pieces += [(ramp.start, ramp.end, ramp) for ramp in ramps]
-    if ramps:
-        pieces.append((ramps[-1].end, end_time, None))
-    legs = []
-    for start, piece_end, ramp in pieces:
-        end = min(piece_end, end_time)
-        if end > start:
-            legs.append(Leg(start, end, _steps(start, end, dt), ramp))
-    return tuple(legs)
+    first, last = (ramps[0].start, ramps[-1].end) if ramps else (end_time, end_time)
+    pieces = ((ramp.start, ramp.end, ramp, None) for ramp in ramps)
+    ends = (0.0, first, None, None), (last, end_time, None, None)
+    return _legs([ends[0], *pieces, ends[1]], end_time, dt)
 
 
 def lay_strokes(strokes: Sequence[Stroke], end_time: float, dt: float) -> tuple[Leg, ...]:
     """Cut the time from 0 to ``end_time`` [s] at a piston's strokes, as ``lay_steps`` does."""
     ends = [*(stroke.start for stroke in strokes[1:]), end_time]
+    pieces = [(stroke.start, end, None, stroke) for stroke, end in zip(strokes, ends, strict=True)]
+    return _legs(pieces, end_time, dt)
+
+
+def _legs(
+    pieces: Sequence[tuple[float, float, Ramp | None, Stroke | None]], end_time: float, dt: float
+) -> tuple[Leg, ...]:
+    """Cut the pieces before ``end_time`` [s] into steps."""
+    before = [piece for piece in pieces if piece[0] < min(piece[1], end_time)]
     return tuple(
-        Leg(stroke.start, min(end, end_time), _steps(stroke.start, min(end, end_time), dt), None,
-            stroke)
-        for stroke, end in zip(strokes, ends, strict=True)
-        if min(end, end_time) > stroke.start
-    )  # fmt: skip
+        Leg(start, min(end, end_time), _steps(start, min(end, end_time), dt), ramp, stroke)
+        for start, end, ramp, stroke in before
+    )
 
 
 def _steps(start: float, end: float, dt: float) -> int:

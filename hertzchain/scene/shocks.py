@@ -255,14 +255,6 @@ class Shock(ABC):
         """The force as ramps."""
         return ()
 
-    def force_at(self, time: FloatArray, ramps: Sequence[Ramp]) -> FloatArray:
-        """The force at any times, also outside of its ramps [N], of the shape of ``time``."""
-        force = np.zeros_like(time, np.float64)
-        for ramp in ramps:
-            inside = (time >= ramp.start) & (time < ramp.end)
-            force = np.where(inside, ramp.force(time), force)
-        return force
-
     def by_formula(self, time: FloatArray) -> FloatArray:
         """The force at any times from 0 on [N], by a formula that is independent of the ramps."""
         return np.zeros_like(time, np.float64)
@@ -401,7 +393,7 @@ def read_table(kind: type[_Kind], path: Path, name: str | None = None) -> _Kind:
     try:
         return kind(**given, file=name or str(path))  # type: ignore[call-arg]
     except SceneError as problem:
-        raise SceneError(problem.key, problem.value, problem.allowed, file=path) from None
+        raise problem.in_file(path) from None
 
 
 @dataclass(frozen=True)
@@ -617,10 +609,6 @@ class PulseTable(Shock):
         return tuple(
             Ramp(t0, t1, f0, f1, "linear") for (t0, f0), (t1, f1) in itertools.pairwise(self.rows)
         )
-
-    def force_at(self, time: FloatArray, ramps: Sequence[Ramp]) -> FloatArray:
-        """The force at any times [N]; fast also for many rows."""
-        return self.by_formula(time)
 
     def by_formula(self, time: FloatArray) -> FloatArray:
         """The force at any times [N]."""

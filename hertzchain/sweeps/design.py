@@ -180,26 +180,23 @@ def _range(name: str, given: str) -> Axis:
     if key.kind == "str":
         raise SceneError(name, given, f"has no range: name its values, {','.join(key.choices)}")
     low_text, high_text, *rest = (piece.strip() for piece in given.split(":"))
-    log = rest[-1:] == ["log"]
-    rest = rest[: len(rest) - log]
-    require(len(rest) <= 1, name, given, f"must be {_FORMS}")
+    form: Form = "log" if rest[-1:] == ["log"] else "linear"
+    counts = rest[: len(rest) - (form == "log")]
     low, high = float(_value(name, low_text)), float(_value(name, high_text))
-    require(low < high, name, given, "is empty: the first end must be below the second")
-    require(not log or low > 0, name, given, "must be above 0 at both ends to be logarithmic")
-    form: Form = "log" if log else "linear"
-    if not rest:
-        return Axis(name, np.array([low, high]), form)
     try:
-        number = float(rest[0])  # also 1e3
-        count = int(number) if number.is_integer() else 0
+        number = float(counts[0]) if counts else 2.0  # also 1e3
     except ValueError:
-        count = 0
-    require(count >= 2, name, given, "must have at least 2 values, a whole number: LOW:HIGH:COUNT")
-    if key.kind != "int":
-        return Axis(name, np.array([low, high]), form, count)
+        number = 0.0
+    is_range = low < high and len(counts) <= 1 and number >= 2 and number.is_integer()
+    is_range &= form == "linear" or low > 0
+    allowed = "; LOW below HIGH, LOW above 0 with :log, COUNT a whole number of at least 2"
+    require(is_range, name, given, f"must be {_FORMS}{allowed}")
+    if not counts or key.kind != "int":
+        return Axis(name, np.array([low, high]), form, int(number) if counts else None)
     # The whole numbers nearest to the grid, each of them once.
-    require(count <= _MOST_VALUES, name, given, f"must take at most {_MOST_VALUES:,} values")
-    whole = np.rint((np.geomspace if log else np.linspace)(low, high, count)).astype(np.int64)
+    require(number <= _MOST_VALUES, name, given, f"must take at most {_MOST_VALUES:,} values")
+    space = np.geomspace if form == "log" else np.linspace
+    whole = np.rint(space(low, high, int(number))).astype(np.int64)
     return axis_of(name, [*dict.fromkeys(whole.tolist())])
 
 

@@ -46,7 +46,7 @@ class Drawn(NamedTuple):
 
 @dataclass(frozen=True)
 class _Chart:
-    """Names of the columns to draw, the rows, and the axes and other names that vary in them."""
+    """The columns to draw, the rows, and the parameters that vary in them."""
 
     x: str
     y: str
@@ -65,11 +65,6 @@ class _Chart:
     def others(self) -> list[str]:
         """Names that vary and are on no axis: those that make a line each."""
         return [name for name in self.varying if name not in (self.x, self.y)]
-
-    @property
-    def hidden(self) -> list[str]:
-        """Names that vary and are not shown."""
-        return [name for name in self.others if name != self.colour]
 
     def is_log(self, name: str) -> bool:
         """Return whether a column was swept with :log, or its values span decades."""
@@ -92,7 +87,8 @@ def draw(
     a number selects the nearest value of the sweep, if both agree to three digits. ``size`` is
     width and height [inches]. Where the peaks of all contacts were kept, ``x`` may be ``contact``.
     """
-    from hertzchain.report.picture import SMALL, Picture, at_whole_numbers, in_units
+    from hertzchain.report.document import in_prefixed
+    from hertzchain.report.picture import SMALL, Picture, at_whole_numbers, in_units, parts_of
 
     columns = [column.name for column in columns_in(sweep.manifest)]
     varied = [axis["name"] for axis in sweep.manifest["vary"]]
@@ -111,7 +107,7 @@ def draw(
     require(len({x, y, colour}) == 3, x if x in (y, colour) else y, None, "given twice")
     peaks = sweep.peaks_to_frame() if is_along else None
     chart, remarks = _selected(sweep, (x, y, colour), fixed, peaks)
-    if hidden := chart.hidden:
+    if hidden := [name for name in chart.others if name != chart.colour]:
         said = f"{' and '.join(hidden)} {'vary' if hidden[1:] else 'varies'}, too"
         if chart.is_map and chart.frame.duplicated([x, y]).any():
             advice = "fix values (--where NAME=VALUE), or take them as --x and --y"
@@ -130,8 +126,14 @@ def draw(
     text = textwrap.fill("; ".join(remarks), int(_LETTERS * size[0]))
     figure.supxlabel(text, fontsize=7, color="0.35")
     if fixed and size[0] >= SMALL:  # a paper has a caption
-        title = ", ".join(_said(name, chart.frame[name].iloc[0]) for name in fixed)
-        axes.set_title(title, fontsize=10, wrap=True)
+        titles = []
+        for column in fixed:
+            before, unit, after = parts_of(column_named(column).label)
+            value = chart.frame[column].iloc[0]
+            is_text = column in TEXT
+            shown = f" {value}" if is_text else f"{after} = {in_prefixed(value, unit)}"
+            titles.append(before + shown)
+        axes.set_title(", ".join(titles), fontsize=10, wrap=True)
     return Drawn(figure, remarks)
 
 
@@ -262,11 +264,3 @@ def cell_edges(values: NDArray[Any], log: bool) -> FloatArray:
     if not log and at[0] > 0:  # positive values have no cell edge below 0
         edges[0] = max(edges[0], 0.0)
     return np.exp(edges) if log else edges
-
-
-def _said(name: str, value: Any) -> str:
-    from hertzchain.report.document import in_prefixed
-    from hertzchain.report.picture import parts_of
-
-    before, unit, after = parts_of(column_named(name).label)
-    return f"{before} {value}" if name in TEXT else f"{before}{after} = {in_prefixed(value, unit)}"

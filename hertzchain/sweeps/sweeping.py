@@ -246,7 +246,10 @@ class Sweep:
         names = [column.name for column in columns_in(self.manifest)]
         late = [name for name in names if name == "contacts_cut_off"]
         error = "wanted_error" if "wanted_error" in names else "error_estimate"
-        aims = {each["name"]: _aim(each) for each in self.manifest["backends"]}
+        aims = {
+            each["name"]: math.inf if each.get("dt") or each.get("method") else each["rtol"] or RTOL
+            for each in self.manifest["backends"]
+        }
         counts = Counts(0, 0, 0, None, error)
         for frame in self._parts.frames(["backend", error, "overlap_ratio", "failure", *late]):
             failures = frame["failure"].dropna()
@@ -265,14 +268,12 @@ class Sweep:
 
 @dataclass(frozen=True)
 class Counts:
-    """Numbers of scenes of a sweep that are done, failed or inaccurate.
+    """Numbers of rows of a sweep that exist, failed or are inaccurate.
 
     Parameters
     ----------
-    done
-        Rows that exist.
-    failed
-        Rows without numbers.
+    done, failed
+        Rows that exist, and those of them without numbers.
     missed
         Rows with a larger error than wanted, that of first pulses where ``rtol`` of ``run`` holds
         for these.
@@ -399,13 +400,6 @@ def settings(backend: Backend) -> dict[str, Any]:
     kept = {name: getattr(backend, name) for name in names}
     lmp = {"lmp": str(kept["lmp"])} if kept.get("lmp") is not None else {}
     return {"name": backend.name, **kept, **lmp}
-
-
-def _aim(settings: Section) -> float:
-    """Return the accuracy wanted of a backend; infinite where steps were given."""
-    if settings.get("dt") is not None or settings.get("method") is not None:
-        return math.inf
-    return float(settings.get("rtol") or RTOL)
 
 
 def _backends(given: str | Iterable[str | Backend], rtol: float) -> tuple[Backend, ...]:

@@ -5,9 +5,20 @@ Equations 1 to 9 in their order, SI units unless a function says otherwise. Wher
 paper is wrong, the docstring says what is printed and what is used instead.
 
 The paper takes F_SW, the height of the wave, from its reference 22. Here it is an argument, as is
-the number p of granules in the transition: both come from a simulation.
+the number p of granules in the transition: both come from a simulation. p is defined in
+hertzchain.observables.wave; F_SW is the peak of contact p + 1.
 
-p is defined in hertzchain.observables.wave; F_SW is the peak of contact p + 1.
+Arguments of one name are the same in all functions:
+
+====================== ===========================================================================
+chain, pulse           the granules; profile, F0 and n
+rise_time              t0 [s]
+contact, p             number i of a contact, from 2 to p or p + 1; granules in the transition
+duration_ratio, ratio  n of Table 1; LM_ratio
+wave_force             F_SW, as second_force (F_2) in the unit of the result, where no unit is given
+====================== ===========================================================================
+
+Contacts, forces and times may be arrays, which are broadcast against one another.
 """
 
 from __future__ import annotations
@@ -40,19 +51,10 @@ def outside_range(momentum_ratio: Positive, duration_ratio: Positive) -> str | N
 
 
 def acceleration(displacement: ArrayLike, applied_force: float, chain: Chain) -> FloatArray:
-    """Eq. 1: acceleration of each granule [m/s^2].
+    """Eq. 1: acceleration of each granule [m/s^2], for u [m] and F(t) on the first granule [N].
 
-    The scan has E under the root of the contact stiffness; used here is sqrt(2R) E / (3 (1 -
-    nu^2)).
-
-    Parameters
-    ----------
-    displacement
-        u [m], shape (granules,).
-    applied_force
-        F(t) on the first granule [N].
-    chain
-        The granules.
+    ``displacement`` and the result have the shape (granules,). The scan has E under the root of the
+    contact stiffness; used here is sqrt(2R) E / (3 (1 - nu^2)).
     """
     u = np.asarray(displacement, np.float64)
     allowed = f"must be {chain.granules}, one for each granule"
@@ -63,17 +65,7 @@ def acceleration(displacement: ArrayLike, applied_force: float, chain: Chain) ->
 
 
 def applied_force(time: ArrayLike, pulse: Pulse, rise_time: Positive) -> FloatArray:
-    """Eq. 2 with Table 1: the force on the first granule [N].
-
-    Parameters
-    ----------
-    time
-        t [s], any shape.
-    pulse
-        Profile, F0 and n.
-    rise_time
-        t0 [s].
-    """
+    """Eq. 2 with Table 1: the force on the first granule [N] at times t [s], of any shape."""
     t, n = np.asarray(time, np.float64) / rise_time, pulse.duration_ratio
     rise, decay = PROFILES[pulse.profile]
     if not {rise, decay} <= {"linear", "cosine"}:
@@ -124,17 +116,7 @@ def solitary_wave_speed(chain: Chain, peak_force: Positive) -> float:
 def transition_granules(
     chain: Chain, pulse: Pulse, rise_time: Positive, wave_force: Positive
 ) -> float:
-    """Eqs. 3a and 3b: p, not rounded; Eq. 3a for LM_ratio >= 1, Eq. 3b below.
-
-    Parameters
-    ----------
-    chain, pulse
-        The scene.
-    rise_time
-        t0 [s].
-    wave_force
-        F_SW [N].
-    """
+    """Eqs. 3a and 3b: p, not rounded; Eq. 3a for LM_ratio >= 1, Eq. 3b below; F_SW in N."""
     unit = unit_rise_time(chain, pulse)
     granules_per_second: float = solitary_wave_speed(chain, wave_force) / (2 * chain.radius)
     if rise_time >= unit:
@@ -169,16 +151,9 @@ def wave_profile(x: ArrayLike) -> FloatArray:
 
 
 def contact_force(time: ArrayLike, peak_force: Positive, shift: Positive) -> FloatArray:
-    """Eq. 4a: force in a contact as a function of time, F_max S(t / T)^(3/2).
+    """Eq. 4a: force in a contact, F_max S(t / T)^(3/2), at a time since its peak.
 
-    Parameters
-    ----------
-    time
-        Since the peak, any unit.
-    peak_force
-        F_max, any unit, the unit of the result.
-    shift
-        T, the time between the peaks of neighbouring contacts, in the unit of ``time``.
+    ``shift`` is T, the time between the peaks of neighbouring contacts, in the unit of ``time``.
     """
     return peak_force * wave_profile(np.asarray(time) / shift) ** 1.5
 
@@ -186,23 +161,10 @@ def contact_force(time: ArrayLike, peak_force: Positive, shift: Positive) -> Flo
 def peak_shift(
     contact: ArrayLike, peak_force: ArrayLike, p: Count, duration_ratio: Positive, ratio: Positive
 ) -> FloatArray:
-    """Eq. 4b: time between the peaks of neighbouring contacts, in natural units.
+    """Eq. 4b: time between the peaks of neighbouring contacts, in natural units, from F_i / F0.
 
     The paper prints the exponent 25 (p - i) / (16 sqrt(n p)); used here is 25 (p - i) / (16 i p
     sqrt(n)), which follows from the corrected Eq. 6 and Eq. 5.
-
-    Parameters
-    ----------
-    contact
-        i, 2 <= i <= p.
-    peak_force
-        F_i in units of F0, broadcast against ``contact``.
-    p
-        Granules in the transition.
-    duration_ratio
-        The ratio n of Table 1.
-    ratio
-        LM_ratio.
     """
     i = _in_transition(contact, p, p)
     exponent = 25 * (p - i) / (16 * i * p * math.sqrt(duration_ratio))
@@ -229,21 +191,8 @@ def peak_force(
     """Eqs. 6a and 6b: peak force of a contact in the transition, in the unit of ``wave_force``.
 
     The paper prints the exponent 15 (i - p) / (8 sqrt(n p)); used here is 15 (i - p) / (8 i p
-    sqrt(n)), which gives all 92 entries of Tables 3 and 4.
-
-    Parameters
-    ----------
-    contact
-        i, 2 <= i <= p.
-    p
-        Granules in the transition, the integer of hertzchain.observables.wave.
-    wave_force
-        F_SW.
-    duration_ratio
-        The ratio n of Table 1.
-    effective_ratio
-        LM_ratio (Eq. 6a), or LM_ratio + Delta L / L_Applied(t0_hat) where LM_ratio < 1 (Eq. 6b):
-        see effective_momentum_ratio.
+    sqrt(n)), which gives all 92 entries of Tables 3 and 4. ``effective_ratio`` is LM_ratio (Eq. 6a)
+    or, below 1, that of effective_momentum_ratio (Eq. 6b).
     """
     i = _in_transition(contact, p, p)
     exponent = 15 * (i - p) / (8 * i * p * math.sqrt(duration_ratio))
@@ -277,19 +226,7 @@ def peak_force_fit(normalized_contact: ArrayLike) -> FloatArray:
 def peak_force_cubic(
     contact: ArrayLike, p: Count, second_force: Positive, wave_force: Positive
 ) -> FloatArray:
-    """Eq. 9: peak force of contact i, 2 <= i <= p + 1, in the unit of the forces given.
-
-    Parameters
-    ----------
-    contact
-        Its number i.
-    p
-        Granules in the transition.
-    second_force
-        F_2; the paper takes it from Eq. 6.
-    wave_force
-        F_SW.
-    """
+    """Eq. 9: peak force of contact i, 2 <= i <= p + 1; the paper takes F_2 from Eq. 6."""
     grown = 1 - peak_force_fit(normalized_contact(contact, p))
     return np.asarray(second_force + (wave_force - second_force) * grown)
 
@@ -299,14 +236,8 @@ def granule_velocity(x: ArrayLike, wave_force: Positive = 1.0) -> FloatArray:
 
     The integral of F_SW (S(x)^(3/2) - S(x - 1)^(3/2)) from far behind the wave, as printed. The
     factor T = 1.077 F_SW^(-1/6), the time that the wave takes for one granule, is missing there;
-    times T the result is in natural units.
-
-    Parameters
-    ----------
-    x
-        Position in the frame of the wave, in granules, any shape.
-    wave_force
-        F_SW in units of F0.
+    times T the result is in natural units. ``x`` is the position in the frame of the wave, in
+    granules, F_SW is in units of F0.
     """
 
     def net(y: float) -> float:

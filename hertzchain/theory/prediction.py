@@ -7,6 +7,7 @@ import math
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from importlib.metadata import version
+from itertools import zip_longest
 from typing import Any
 
 import numpy as np
@@ -189,13 +190,10 @@ class Prediction:
     @property
     def rows(self) -> list[dict[str, float | int | None]]:
         """One row per contact, with contact, map_N, eq6_N and eq9_N; None where undefined."""
-        size = self.peak_force.size
-        columns = (
-            range(2, size + 2),
-            *(_padded(values, size) for values in (self.peak_force, self.eq6, self.eq9)),
-        )
-        names = ("contact", "map_N", "eq6_N", "eq9_N")
-        return [dict(zip(names, row, strict=True)) for row in zip(*columns, strict=True)]
+        values = (self.peak_force, self.eq6, self.eq9)
+        columns = ([] if column is None else or_none(column) for column in values)
+        contacts, names = range(2, self.peak_force.size + 2), ("contact", "map_N", "eq6_N", "eq9_N")
+        return [dict(zip(names, row, strict=True)) for row in zip_longest(contacts, *columns)]
 
     @property
     def constants(self) -> tuple[Constant, ...]:
@@ -267,8 +265,14 @@ def predict(scene: SceneLike) -> Prediction:
     assert pulse is not None
     ratio, n = scene.momentum_ratio, pulse.duration_ratio
     note = paper.outside_range(ratio, n)
-    reason = _outside_map(chain, ratio, n)
-    if reason is not None:
+    if (outside := peak_map.outside(ratio, n)) is not None:
+        reason = f"{outside}: here they are {ratio:.6g} and {n:.6g}; hertzchain run simulates it"
+        return Prediction(scene, reason, note, nothing)
+    if chain.granules < (least := least_granules(ratio, n)):
+        reason = (
+            f"the free end lowers early peaks in a chain of {chain.granules} granules: the map is"
+            f" for at least {least} under this pulse; hertzchain run simulates it"
+        )
         return Prediction(scene, reason, note, nothing)
     mapped = peak_map.peaks(pulse.profile, ratio, n)
     peak_force = pulse.peak_force * mapped.peak_force[: nothing.size]
@@ -276,10 +280,10 @@ def predict(scene: SceneLike) -> Prediction:
         peak_force[-1] *= FREE_END
     refuse_deep_overlap(overlap_ratio(chain, float(np.max(peak_force))))
     p, candidates = _transition(peak_force, mapped.change_error)
-    if p is None:
-        reason = "the transition does not end within this chain: no p, no F_SW"
+    endless = "the transition does not end within this chain: no p, no F_SW"
     far_field_force = pulse.peak_force * mapped.far_field_force
-    return Prediction(scene, reason, note, peak_force, p, candidates, far_field_force)
+    missing = endless if p is None else None
+    return Prediction(scene, missing, note, peak_force, p, candidates, far_field_force)
 
 
 def least_granules(momentum_ratio: float, duration_ratio: float) -> int:
@@ -320,19 +324,6 @@ def constants() -> tuple[Constant, ...]:
     )
 
 
-def _outside_map(chain: Chain, ratio: float, n: float) -> str | None:
-    outside = peak_map.outside(ratio, n)
-    if outside is not None:
-        return f"{outside}: here they are {ratio:.6g} and {n:.6g}; hertzchain run simulates it"
-    least = least_granules(ratio, n)
-    if chain.granules < least:
-        return (
-            f"the free end lowers early peaks in a chain of {chain.granules} granules: the map is"
-            f" for at least {least} under this pulse; hertzchain run simulates it"
-        )
-    return None
-
-
 def _transition(
     peak_force: FloatArray, change_error: FloatArray
 ) -> tuple[int | None, tuple[int | None, ...]]:
@@ -345,9 +336,3 @@ def _transition(
         return least, (least,)
     p = transition_granules(peak_force, passed)
     return p, tuple(dict.fromkeys((least, p, most)))
-
-
-def _padded(values: FloatArray | None, size: int) -> list[float | None]:
-    """Return values for JSON, padded to a given length."""
-    numbers = [] if values is None else or_none(values)
-    return numbers + [None] * (size - len(numbers))

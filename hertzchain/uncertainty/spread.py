@@ -18,6 +18,7 @@ from hertzchain.errors import SceneError, require
 from hertzchain.limits import TIME_LIMIT, Deadline
 from hertzchain.observables.result import Result, context_of
 from hertzchain.progress import ShowProgress, telling
+from hertzchain.report.document import describe, in_prefixed
 from hertzchain.scene.chain import Chain
 from hertzchain.scene.keys import Key, Seed
 from hertzchain.scene.scene import Scene, SceneLike, to_scene
@@ -29,6 +30,9 @@ from hertzchain.sweeps.design import sobol_points
 if TYPE_CHECKING:
     import pandas
     from matplotlib.figure import Figure
+    from rich.console import Console
+
+    from hertzchain.report.picture import Picture
 
 
 MOST_DRAWN = 21_201
@@ -36,21 +40,10 @@ MOST_DRAWN = 21_201
 
 
 class Realisations:
-    """Scenes with drawn values.
+    """Scenes with drawn values, as many as a power of 2, by a scrambled Sobol sequence.
 
-    Parameters
-    ----------
-    scene
-        The scene, with its uncertain values.
-    count
-        Number of realisations, a power of 2.
-    seed
-        Seed of the scrambled Sobol sequence.
-
-    Raises
-    ------
-    SceneError
-        If nothing is uncertain, for keys that cannot vary, and for a share of a value that is 0.
+    SceneError if nothing is uncertain, for keys that cannot vary, and for a share of a value that
+    is 0.
     """
 
     def __init__(self, scene: Scene, count: int, seed: int) -> None:
@@ -112,7 +105,7 @@ def standard(entry: Uncertain, place: FloatArray) -> FloatArray:
     """Deviations from the middle, over ``size``, at quantiles from 0 to 1."""
     if entry.uniform:
         return np.asarray(2 * place - 1)
-    normal = np.vectorize(NormalDist().inv_cdf, otypes=[float])  # SciPy takes long to load
+    normal = np.vectorize(NormalDist().inv_cdf, otypes=[float])
     return np.asarray(normal(np.clip(place, 2.0**-31, 1 - 2.0**-31)))  # 0 and 1 have no quantile
 
 
@@ -139,17 +132,11 @@ def first_order(inputs: Sequence[Uncertain], places: FloatArray, values: FloatAr
     """Return first-order Sobol indices of results, shape (inputs, results).
 
     They are the parts of the variance that functions of single inputs explain: a line, and Legendre
-    polynomials of the input's place in its distribution, fitted by least squares to the
+    polynomials of the input's place in its distribution, 0 to 1, fitted by least squares to the
     realisations, without further runs. The rest up to 1 is due to scatter and to inputs acting
-    together.
-
-    Parameters
-    ----------
-    inputs, places
-        The inputs, and their places in their distributions, 0 to 1, shape (realisations, inputs).
-    values
-        Results, shape (realisations, results). NaN where all are the same, and for all if there
-        are fewer than ``FOR_SHARES`` realisations an input.
+    together. ``places`` has shape (realisations, inputs), ``values`` (realisations, results). NaN
+    where all are the same, and for all if there are fewer than ``FOR_SHARES`` realisations an
+    input.
     """
     count, results = values.shape
     if not inputs:
@@ -234,14 +221,11 @@ class Spread:
 
     def __repr__(self) -> str:
         from hertzchain.report.console import plain_text
-        from hertzchain.uncertainty.shown import print_spread
 
         return plain_text(lambda console: print_spread(console, self, every=False))
 
     def plot(self) -> Figure:
         """Draw first peaks along the chain with their range, and the shares of the inputs."""
-        from hertzchain.uncertainty.shown import plot_spread
-
         return plot_spread(self)
 
     @property
@@ -402,3 +386,79 @@ def values_of(run: Result) -> FloatArray:
 def name_of(gauge: Gauge) -> str:
     """Return the name of a gauge in results, such as ``gauge in granule 16``."""
     return f"gauge {'in' if gauge.key == 'granule' else 'at'} {gauge.place}"
+
+
+_SHOWN = 0.005  # least share of a variance that is named
+_HEADER = ("result", "", "nominal", "5 %", "95 %", "deviation", "made by")
+
+
+def print_spread(console: Console, spread: Spread, every: bool) -> None:
+    """Print the spread of all results, or of contacts only first peaks of three."""
+    from hertzchain.report.console import print_prose, table
+
+    console.print(describe(spread.scene), end="\n\n")
+    print_prose(console, ", ".join(entry.name for entry in spread.scene.uncertain), "uncertain: ")
+    count = f"{len(spread.values):,}, deviations are known to {spread.deviation_error:.1%}"
+    print_prose(console, count, "realisations: ")
+    for remark in spread.remarks:
+        print_prose(console, remark, "remark: ")
+    scene = spread.scene
+    contacts = {scene.contact_name(number) for number in scene.contacts}
+    chosen = [scene.contacts[0], scene.chain.granules // 2 + 1, scene.last_contact]
+    shown = {scene.contact_name(number) for number in chosen}
+    rows = [
+        _row(spread, k)
+        for k, (name, at) in enumerate(spread.names)
+        if every or at not in contacts or (at in shown and name == "first_peak_force_N")
+    ]
+    console.print()
+    console.print(table(_HEADER, rows, left=("result", "", "made by")))
+    if not every:
+        console.print(f"({len(spread.names) - len(rows)} more results are shown by --all)")
+
+
+def _row(spread: Spread, k: int) -> list[str]:
+    name, at = spread.names[k]
+    what, _, unit = name.replace("m_s", "m/s").rpartition("_")
+    words = what.replace("_", " ")
+    middle, deviation = float(spread.nominal[k]), float(spread.deviation[k])
+    if np.isnan(middle) or middle == 0:
+        return [words, at, "no whole pulse", "", "", "", ""]
+    if np.isnan(deviation) or deviation < spread.rtol * abs(middle):
+        said = "cut off" if np.isnan(deviation) else "none"
+        return [words, at, in_prefixed(middle, unit), "", "", said, ""]
+    cells = [in_prefixed(x, unit) for x in (middle, *spread.range_90[:, k].tolist())]
+    has_scatter = any(entry.each for entry in spread.scene.uncertain)
+    rest = "scatter" if has_scatter else "several together"
+    shares = dict(zip(spread.inputs, spread.shares[:, k].tolist(), strict=True))
+    # A part of the rest is due to errors of the other shares.
+    shares[rest] = 1 - sum(shares.values()) - _SHOWN
+    largest = sorted(shares.items(), key=lambda pair: -pair[1])
+    parts = ", ".join(f"{key} {share:.0%}" for key, share in largest if share >= _SHOWN)
+    return [words, at, *cells, f"{deviation / abs(middle):.2%}", parts]
+
+
+def plot_spread(spread: Spread, size: tuple[float, float] | None = None) -> Picture:
+    """Draw first peaks along the chain with their range of 5 to 95 %, and shares of variance."""
+    from hertzchain.report.picture import Picture, legend_above
+
+    figure = Picture(size or (7.0, 6.0))
+    at = [k for k, (name, _) in enumerate(spread.names) if name == "first_peak_force_N"]
+    at = at[: len(spread.scene.contacts)]  # those of gauges follow
+    contact = np.array(spread.scene.contacts[: len(at)])
+    low, high = spread.range_90[:, at]
+    shares = spread.shares[:, at]
+    rows = 2 if np.isfinite(shares).any() else 1  # too few realisations give no shares
+    above, *below = figure.subplots(rows, 1, sharex=True, squeeze=False)[:, 0]
+    above.fill_between(contact, low, high, color="#56B4E9", alpha=0.6, label="5 to 95 %")
+    above.plot(contact, spread.nominal[at], color="black", marker=".", label="the scene itself")
+    above.set_ylabel("first peak [N]")
+    for axes in below:
+        layers = np.nan_to_num(shares)
+        rest = np.clip(1 - layers.sum(axis=0), 0, 1)
+        axes.stackplot(contact, *layers, rest, labels=[*spread.inputs, "scatter, and together"])
+        axes.set(ylabel="share of variance", ylim=(0, 1))
+    for axes in figure.axes:
+        legend_above(axes)
+    figure.axes[-1].set_xlabel("contact")
+    return figure

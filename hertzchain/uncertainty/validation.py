@@ -14,6 +14,8 @@ from hertzchain.arrays import FloatArray
 from hertzchain.limits import TIME_LIMIT
 from hertzchain.observables.result import context_of
 from hertzchain.progress import ShowProgress
+from hertzchain.report.contents import of_traces
+from hertzchain.report.document import Document, Failure, Table, Verdict, number
 from hertzchain.scene.scene import SceneLike, to_scene
 from hertzchain.shown import ShownVerdict
 from hertzchain.uncertainty.spread import REALISATIONS, Spread, name_of, spread
@@ -22,7 +24,6 @@ from hertzchain.verdict.traces import PEAK, WIDTH, Number, TraceJudgement, judge
 if TYPE_CHECKING:
     import pandas
 
-    from hertzchain.report.document import Document
 
 COVERED = 2.0
 """Allowed differences in validation uncertainties: one normal value of 22 is beyond."""
@@ -37,20 +38,11 @@ SEEN = 0.1
 def compared_numbers(numbers: Sequence[Number], of_input: Sequence[float]) -> pandas.DataFrame:
     """Return measured numbers against those of the scene, as in ASME V&V 20: a row for each.
 
-    Parameters
-    ----------
-    numbers
-        Both numbers, with the bound on the error of the run and the deviation by noise.
-    of_input
-        Standard uncertainties by those of the scene's values, in the units of the numbers.
-
-    Returns
-    -------
-    pandas.DataFrame
-        name; simulated, measured and their difference error; standard uncertainties u_numerical
-        (the bound counts as half a uniform width), u_input, u_measured, and u_validation, of all
-        three if independent; error_over_u, without sign; seen_from, the least relative difference
-        that would be detected in 95 of 100 experiments; largest, the uncertainty to reduce first.
+    ``of_input`` has standard uncertainties by those of the scene's values. Columns are name;
+    simulated, measured and their difference error; standard uncertainties u_numerical (the bound
+    of the run counts as half a uniform width), u_input, u_measured, and u_validation, of all three
+    if independent; error_over_u, without sign; seen_from, the least relative difference that would
+    be detected in 95 of 100 experiments; largest, the uncertainty to reduce first.
     """
     import pandas
 
@@ -102,8 +94,6 @@ class Validation(ShownVerdict):
 
     @property
     def _document(self) -> Document:
-        from hertzchain.uncertainty.shown import of_validation
-
         return of_validation(self)
 
     @property
@@ -212,15 +202,83 @@ def validate(
     uncertainty = spread(measured, realisations, time_limit=time_limit, progress=progress)
     compared, of_input, left_out = [], [], []
     of_kinds = {PEAK: "first_peak_force_N", WIDTH: "first_width_s"}
-    for number in judgement.numbers:
-        result = of_kinds.get(number.kind, "arrival_time_s")
-        values = [uncertainty.values_of(result, name_of(gauge)) for gauge in number.gauges]
+    for each in judgement.numbers:
+        result = of_kinds.get(each.kind, "arrival_time_s")
+        values = [uncertainty.values_of(result, name_of(gauge)) for gauge in each.gauges]
         drawn = values[0] - values[1] if len(values) == 2 else values[0]
         deviation = float(np.std(drawn, ddof=1))
         if math.isnan(deviation):  # a realisation has none
-            left_out.append(number.name)
+            left_out.append(each.name)
         else:
-            compared.append(number)
+            compared.append(each)
             of_input.append(deviation)
     table = compared_numbers(compared, of_input)
     return Validation(judgement, uncertainty, float(tolerance), table, tuple(left_out))
+
+
+_UNCERTAINTIES = (
+    "number", "simulated", "measured", "u run", "u input", "u noise", "error / u_val", "seen from",
+    "lower first",
+)  # fmt: skip
+
+
+def of_validation(validation: Validation) -> Document:
+    """Return the document of a validation, for terminal, page, picture and JUnit."""
+    compared, differing, tested = validation.compared, validation.differing, validation.tested
+    if len(differing):
+        sentence = f"{len(differing)} of {len(compared)} numbers differ by more than 2 u_val."
+    elif len(tested):
+        most = compared["error_over_u"].max()
+        sentence = (
+            f"All {len(compared)} numbers agree within {most:.2g} u_val; of {len(tested)} of them a"
+            f" difference of {validation.tolerance:.2g} would have been seen."
+        )
+    else:
+        least = compared["seen_from"].min() if len(compared) else float("inf")
+        sentence = (
+            f"Nothing could have failed: differences are seen from {least:.1%} on, the tolerance is"
+            f" {validation.tolerance:.1%}."
+        )
+    traces = of_traces(validation.judgement)
+    reference = validation.judgement.reference
+    return replace(
+        traces,
+        results={"native": replace(reference, scene=validation.spread.scene)},
+        overlays=[
+            replace(overlay, band=validation.band(k, overlay.time))
+            for k, overlay in enumerate(traces.overlays)
+        ],
+        kind="Validation by measured traces",
+        numbers=validation.to_dict,
+        checks=(),
+        verdict=Verdict(
+            None if validation.verdict == "undecided" else validation.verdict == "pass",
+            sentence,
+            [
+                Failure(str(row.name), f"differs by {row.error_over_u:.2g} u_val", "")
+                for row in differing.itertuples(index=False)
+            ],
+            [*validation.remarks, *validation.judgement.reference.warnings],
+        ),
+        tables=[
+            Table(
+                "Comparison errors and uncertainties", "Comparison errors and uncertainties",
+                _UNCERTAINTIES, [*map(_row_of_number, compared.itertuples())],
+            )
+        ],
+        remarks=(sentence.removesuffix("."), *validation.remarks),
+        facts=[
+            ("the run begins at", f"{validation.judgement.shift:.6g} s of the measured clock"),
+            ("realisations", f"{len(validation.spread.values):,}"),
+            ("uncertain", ", ".join(entry.name for entry in validation.spread.scene.uncertain)),
+        ],
+    )  # fmt: skip
+
+
+def _row_of_number(row: Any) -> list[str]:
+    parts = row.u_numerical, row.u_input, row.u_measured
+    return [
+        row.name, number(row.simulated, 5), number(row.measured, 5),
+        *(f"{part / abs(row.simulated):.1e}" for part in parts),
+        f"{row.error_over_u:.2g}", f"{row.seen_from:.1%}", row.largest,
+    ]  # fmt: skip

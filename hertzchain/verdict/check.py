@@ -10,7 +10,8 @@ import numpy as np
 
 from hertzchain import theory
 from hertzchain.arrays import FloatArray
-from hertzchain.observables.result import Result
+from hertzchain.observables.result import Result, context_of
+from hertzchain.shown import ShownVerdict
 from hertzchain.theory import solitary_wave as exact
 from hertzchain.theory.prediction import not_about, transition_peaks
 
@@ -77,6 +78,41 @@ class Check:
             "tolerance": self.tolerance,
             "passed": self.passed,
             "reason": self.reason,
+        }
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class CheckedVerdict(ShownVerdict):
+    """A verdict that rests on checks; true if it is ``pass``.
+
+    Parameters
+    ----------
+    reference
+        Result of the native reference method.
+    tolerance
+        Largest relative difference that passes.
+    checks
+        Each number that could be judged.
+    """
+
+    reference: Result
+    tolerance: float
+    checks: tuple[Check, ...]
+
+    @property
+    def verdict(self) -> str:
+        """``pass`` if something was judged and all of it passed, otherwise ``fail``."""
+        passed = bool(self.checks) and all(check.passed for check in self.checks)
+        return "pass" if passed else "fail"
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the verdict as a JSON object."""
+        return {
+            "verdict": self.verdict,
+            "tolerance": self.tolerance,
+            "checks": [check.to_dict() for check in self.checks],
+            "reference": self.reference.numbers(),
+            **context_of(self.reference.scene),
         }
 
 

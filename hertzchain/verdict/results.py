@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-import errno
-import gzip
 import io
 import itertools
 import math
 import os
 import warnings
-import zlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -27,12 +24,10 @@ from hertzchain.limits import TIME_LIMIT, TOLERANCE, check_tolerance
 from hertzchain.observables.gauges import COLUMNS as TRAIN_COLUMNS
 from hertzchain.observables.gauges import Train
 from hertzchain.observables.peaks import judged_contacts
-from hertzchain.observables.result import Result, context_of
 from hertzchain.progress import ShowProgress, telling
 from hertzchain.scene.scene import Scene, SceneLike, to_scene
 from hertzchain.scene.terms import Gauge
-from hertzchain.shown import ShownVerdict
-from hertzchain.verdict.check import Check, Kind, unmeasured, within
+from hertzchain.verdict.check import Check, CheckedVerdict, Kind, unmeasured, within
 from hertzchain.verdict.judgement import Judgement, judged
 
 if TYPE_CHECKING:
@@ -204,12 +199,11 @@ def is_dump(text: str) -> bool:
     return text[:1000].lstrip()[:5] == "ITEM:"
 
 
-@dataclass(frozen=True, eq=False)
-class _Frame:
-    """Places and forces of the granules, by id, as written, shape (granules, 3)."""
+class _Frame(NamedTuple):
+    """A frame, as written: places and forces of the granules, by id, have shape (granules, 3)."""
 
     step: float
-    time: float | None
+    time: float  # NaN where the dump has none
     place: FloatArray
     force: FloatArray
 
@@ -226,27 +220,25 @@ def motion_of(
         (frame for text in texts for frame in _frames_of(text, granules, file)),
         key=lambda frame: frame.step,
     )
-    place, force = (np.array([getattr(f, name) for f in frames]) for name in ("place", "force"))
+    step, time, place, force = map(np.array, zip(*frames, strict=True))
     axis = _axis(place[0] * units.length, file)
     order = np.argsort(place[0, :, axis], kind="stable")
     net = np.ascontiguousarray(force[:, order, axis])
     if pushed_at_the_end(net):
         net = -net[:, ::-1]
-    time, is_clock = np.array([frame.step for frame in frames]), dt is not None
-    if all(frame.time is not None for frame in frames):
-        time, is_clock = np.array([frame.time for frame in frames]) * units.time, True
-    elif dt is not None:
-        time = time * dt
-    return Motion(time, is_clock, net * units.force, last_digit(net) * units.force)
+    is_timed = not np.isnan(time).any()
+    clock = time * units.time if is_timed else step if dt is None else step * dt
+    is_clock = is_timed or dt is not None
+    return Motion(clock, is_clock, net * units.force, last_digit(net) * units.force)
 
 
 def _frames_of(text: str, granules: int, file: str) -> list[_Frame]:
     frames: list[_Frame] = []  # ASE's reader has no times, needs types, accepts half a frame
-    items: dict[str, tuple[list[str], list[str]]] = {}
+    items: dict[str, tuple[list[str], list[list[str]]]] = {}
     for item in text.split("ITEM:")[1:]:
         head, *lines = item.splitlines() or [""]
         kind, *words = head.split() or [""]
-        items[kind] = words, [line for line in lines if line.strip()]
+        items[kind] = words, [line.split() for line in lines if line.strip()]
         if kind in ("ATOMS", "ENTRIES"):
             frames.append(_frame(items, granules, f"{file}, frame {len(frames) + 1}"))
             items = {}
@@ -260,23 +252,24 @@ def _cut_off(where: str) -> SceneError:
     return SceneError("", None, allowed, file=where)
 
 
-def _frame(items: dict[str, tuple[list[str], list[str]]], granules: int, where: str) -> _Frame:
-    """Return a frame of its items, each with the words after its name and the lines below."""
-    names, lines = items.get("ATOMS", ([], []))
+def _frame(
+    items: dict[str, tuple[list[str], list[list[str]]]], granules: int, where: str
+) -> _Frame:
+    """Return a frame of its items, each with the words after its name and those of the lines."""
+    names, rows = items.get("ATOMS", ([], []))
     columns = [
-        next((three for three in vectors if set(three) & set(names)), ())
+        next((three for three in vectors if {*three} & {*names}), ())
         for vectors in (_PLACES, _FORCES)
     ]
     if "id" not in names or not all(columns):
         allowed = "must have the columns id, x (or xu), fx of granules, or those of y or z"
         raise SceneError("", None, allowed, file=where)
-    rows = [line.split() for line in lines]
     step, time, count = (
-        _number(items[name][1][:1]) if name in items else None
+        _number((items.get(name, ([], []))[1] or [[]])[0])
         for name in ("TIMESTEP", "TIME", "NUMBER")
     )
     is_whole = len(rows) == count and all(len(row) == len(names) for row in rows)
-    if not is_whole or step is None or not math.isfinite(step + (time or 0.0)):
+    if not is_whole or not np.isfinite(step) or ("TIME" in items and not np.isfinite(time)):
         raise _cut_off(where)
     if len(rows) != granules:
         allowed = (
@@ -286,11 +279,10 @@ def _frame(items: dict[str, tuple[list[str], list[str]]], granules: int, where: 
         raise SceneError("", None, allowed, file=where)
 
     def numbers(*wanted: str) -> FloatArray:
-        columns = [
-            [_number([row[names.index(name)]]) if name in names else 0.0 for name in wanted]
-            for row in rows
-        ]
-        values = np.array(columns)
+        places = [names.index(name) if name in names else None for name in wanted]
+        values = np.array(
+            [[0.0 if k is None else _number(row[k : k + 1]) for k in places] for row in rows]
+        )
         if not np.all(np.isfinite(values)):
             allowed = f"must have finite numbers in the columns {', '.join(wanted)}"
             raise SceneError("", None, allowed, file=where)
@@ -302,7 +294,7 @@ def _frame(items: dict[str, tuple[list[str], list[str]]], granules: int, where: 
 
 
 def _number(words: Sequence[str]) -> float:
-    """Return the only word as a number; NaN if it is not one."""
+    """Return the first word as a number; NaN if it is not one."""
     try:
         return float(words[0]) if "_" not in words[0] else math.nan
     except (ValueError, IndexError):
@@ -362,54 +354,31 @@ def _of_files(scene: Scene, paths: Sequence[Path], units: str, dt: float | None)
     texts: list[str] = []
     left = LARGEST_FILES_BYTES
     for path in paths:
-        text, size = _text_of(path, left)
-        left -= size
-        if not is_dump(text) and len(paths) > 1:
+        texts.append(_text_of(path, left))
+        left -= len(texts[-1])
+        if not is_dump(texts[-1]) and len(paths) > 1:
             allowed = "is not a LAMMPS dump: several files must be the frames of one dump"
             raise SceneError("", None, allowed, file=path)
-        texts.append(text)
     if is_dump(texts[0]):
         motion = motion_of(texts, scene.chain.granules, UNITS[units], dt, file)
         return peaks_of(scene, motion, file)
-    begins = (line.split() for line in texts[0].splitlines() if line.strip()[:1] not in ("", "#"))
-    if next(begins, [""])[0] in _OF_DECKS:
-        allowed = "is a LAMMPS input: run it and judge its peaks, or try hertzchain examine"
-        raise SceneError("", None, allowed, file=file)
     allowed = f"is for dumps: {COLUMNS[1]} of a table is in N"
     require(units == "si", "units", units, allowed)
     return _of_table(scene, _table_in(texts[0], file), file)
 
 
-_OF_DECKS = ("units", "atom_style", "boundary", "newton", "dimension", "variable", "clear")
-"""Commands with which LAMMPS inputs begin."""
-
-
-def _text_of(path: Path, most: int) -> tuple[str, int]:
-    """Return the text of a file, unpacked, and its bytes; a SceneError says why there is none."""
+def _text_of(path: Path, most: int) -> str:
+    """Return the text of a file; a SceneError says why there is none."""
     try:
-        content = read_bytes(path, most)
-        if content.startswith(b"\x1f\x8b"):
-            with gzip.open(io.BytesIO(content)) as unpacked:
-                content = unpacked.read(most + 1)
-            if len(content) > most:
-                raise OSError(errno.EFBIG, f"larger than {most / 1e6:g} MB when unpacked")  # noqa: TRY301
-    except (gzip.BadGzipFile, EOFError, zlib.error):
-        reason = "its compression is damaged"
+        text = text_in(read_bytes(path, most))
     except (OSError, ValueError) as problem:
         reason = getattr(problem, "strerror", None) or "no name of a file"
-    else:
-        if (text := text_in(content)) is not None:
-            return text, len(content)
-        allowed = "is not a text file: a spreadsheet is saved as CSV first"
+        allowed = f"cannot be read ({reason}), must be a CSV file or a dump"
+        raise SceneError("", None, allowed, file=path) from None
+    if text is None:
+        allowed = "is not a text file: unpack an archive, save a spreadsheet as CSV"
         raise SceneError("", None, allowed, file=path)
-    allowed = f"cannot be read ({reason}), must be a CSV file or a dump"
-    raise SceneError("", None, allowed, file=path) from None
-
-
-def table_of(path: Path) -> pandas.DataFrame:
-    """Return the words of a CSV file, which may be gzipped; SceneError for any other."""
-    text, _ = _text_of(path, LARGEST_FILES_BYTES)
-    return _table_in(text, str(path))
+    return text
 
 
 def _table_in(text: str, file: str) -> pandas.DataFrame:
@@ -429,7 +398,8 @@ def _table_in(text: str, file: str) -> pandas.DataFrame:
             )  # fmt: skip
     except (ValueError, pandas.errors.ParserWarning) as problem:
         said = " ".join(str(problem).split())
-        raise SceneError("", None, f"is no CSV file ({said})", file=file) from None
+        allowed = f"is no CSV file ({said}), must be one with {' and '.join(COLUMNS)}, or a dump"
+        raise SceneError("", None, allowed, file=file) from None
     table.columns = [str(name).strip() for name in table.columns]
     for name in set(COLUMNS) & set(table.columns) if separator != "," else ():
         words = table[name]
@@ -461,8 +431,6 @@ def _of_table(scene: Scene, table: pandas.DataFrame, file: str) -> Sampled:
     if any(names.count(name) != 1 or f"{name}.1" in names for name in COLUMNS):
         shown = ", ".join(repr(name[:_MOST_CELL_CHARS]) for name in names[:8])
         allowed = f"has the columns {shown}, must have {' and '.join(COLUMNS)}"
-        if {COLUMNS[0], "force"} <= set(names) and COLUMNS[1] not in names:
-            raise SceneError("", None, f"{allowed}: did you mean {COLUMNS[1]}?", file=file)
         allowed += (
             " (contact 2 is that of granules 1 and 2), once each, or be a dump of LAMMPS with id,"
             " x, fx; pulses (hc.judge_trains) stand in contact or granule and force_N; forces over"
@@ -508,7 +476,7 @@ def by_contact(
             key, wrong = "contact", int(contact) if contact.is_integer() else contact
             allowed = (
                 f"must be a whole number from {first} to {last}: contact 2 lies between granules 1"
-                f" and 2{_other_numbers(contacts, first, last)}"
+                " and 2"
             )
         elif not np.isnan(peaks[int(contact) - first]):
             key, wrong, allowed = "contact", int(contact), _TWICE
@@ -529,15 +497,6 @@ _TWICE = (
     "is given twice: several pulses of a contact stand in the columns contact and force_N"
     " (hc.judge_trains)"
 )
-
-
-def _other_numbers(contacts: FloatArray, first: int, last: int) -> str:
-    """Return a hint for contacts that are numbered from 0 or 1; empty for others."""
-    least = float(np.min(contacts))
-    fits = least in range(first) and bool(np.all(contacts == np.round(contacts)))
-    if not fits or np.max(contacts) + first - least > last:
-        return ""
-    return f", and these numbers begin with {least:g}: add {first - least:g} to each"
 
 
 Results = Annotated[Path | str | Sequence[Path | str] | Mapping[int, float] | ArrayLike, read]
@@ -567,7 +526,7 @@ def judge(
         Or a pandas table, or a CSV file, with the columns contact and peak_force_N.
 
         Or a text dump of all granules by LAMMPS with id, x and fx, or a list of files that together
-        are one: peaks are found between its frames. Files may be gzipped.
+        are one: peaks are found between its frames.
     units
         ``si``, ``cgs``, ``micro``, ``nano`` (LAMMPS's styles), of a dump.
     tolerance
@@ -622,38 +581,12 @@ _TRAIN_PLACES, _FORCE = ("contact", "granule"), "force_N"
 _TIMES = {"time_s": LATER, "width_s": WIDTH}
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class TrainJudgement(ShownVerdict):
+class TrainJudgement(CheckedVerdict):
     """Measured trains against the reference; true if the verdict is ``pass``.
 
-    Parameters
-    ----------
-    reference
-        Result of the native reference method.
-    tolerance
-        Largest relative difference that passes.
-    checks
-        Force of each measured pulse, and widths and times between pulses where they were given.
+    Its checks are the force of each measured pulse, and widths and times between pulses where they
+    were given.
     """
-
-    reference: Result
-    tolerance: float
-    checks: tuple[Check, ...]
-
-    @property
-    def verdict(self) -> str:
-        """``pass`` if all measured pulses passed, otherwise ``fail``."""
-        return "pass" if all(check.passed for check in self.checks) else "fail"
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return the judgement as a JSON object."""
-        return {
-            "verdict": self.verdict,
-            "tolerance": self.tolerance,
-            "checks": [check.to_dict() for check in self.checks],
-            "reference": self.reference.numbers(),
-            **context_of(self.reference.scene),
-        }
 
 
 def is_train(names: Sequence[str]) -> bool:
@@ -683,13 +616,8 @@ def judge_trains(
         ``Result.pulses`` has them. Of times only those between pulses matter. Weak pulses may be
         left out, but not stronger ones before them: the measured forces are matched with those that
         fit best, in order. [uncertainty] of the scene is not used.
-    tolerance
-        Largest relative difference that passes; between 0 and 1.
-    time_limit
-        Time limit of each run of the reference [s].
-    progress
-        True for a line in the terminal on what is being done, or a function that is called with
-        each such line.
+    tolerance, time_limit, progress
+        As for ``judge``.
 
     Raises
     ------
@@ -722,35 +650,33 @@ def _measured(scene: Scene, pulses: Source) -> dict[Gauge, dict[str, FloatArray]
     """Return the columns of the pulses of each contact or granule; SceneError if unusable."""
     import pandas
 
-    table = pulses if hasattr(pulses, "columns") else table_of(Path(pulses))
-    file = None if hasattr(pulses, "columns") else str(pulses)
+    file, table = None, pulses
+    if not hasattr(pulses, "columns"):
+        file = str(pulses)
+        table = _table_in(_text_of(Path(pulses), LARGEST_FILES_BYTES), file)
     if not is_train(list(table.columns)):
-        raise SceneError("pulses", None, "must have the columns contact or granule, and force_N",
-                         file=file)  # fmt: skip
+        allowed = "must have the columns contact or granule, and force_N"
+        raise SceneError("pulses", None, allowed, file=file)
+    columns = [name for name in (*_TRAIN_PLACES, _FORCE, *_TIMES) if name in table]
     for name in table.columns:
-        if name not in (*_TRAIN_PLACES, _FORCE, *TRAIN_COLUMNS):
+        if name not in (*columns, *TRAIN_COLUMNS):
             allowed = f"must be {', '.join((*_TRAIN_PLACES, _FORCE, *_TIMES))}"
             raise SceneError("column", name, allowed, file=file)
-    columns = [name for name in (*_TRAIN_PLACES, _FORCE, *_TIMES) if name in table]
-    places = [name for name in columns if name in _TRAIN_PLACES]
     cells = table[columns].reset_index(drop=True).replace(r"^\s*$", np.nan, regex=True)
     table = cells.apply(pandas.to_numeric, errors="coerce").astype(float)
     for name in columns:
         is_needed = np.full(len(table), name in (_FORCE, "time_s")) | cells[name].notna()
         is_possible = np.isfinite(table[name]) & ((table[name] > 0) | (name == "time_s"))
-        wrong = np.flatnonzero(is_needed & ~is_possible)
-        if wrong.size:
-            key, value = f"{name} in row {int(wrong[0]) + 1}", cells[name].iloc[wrong[0]]
+        for row in np.flatnonzero(is_needed & ~is_possible):
             allowed = "must be a finite number" + (" above 0" if name != "time_s" else "")
-            raise SceneError(key, value, allowed, file=file)
-    wrong = np.flatnonzero(table[places].notna().sum(axis=1) != 1)
-    if wrong.size:
-        key = f"row {int(wrong[0]) + 1}"
-        raise SceneError(key, None, "must have a contact or a granule, and not both", file=file)
+            key = f"{name} in row {row + 1}"
+            raise SceneError(key, cells[name].iloc[row], allowed, file=file)
+    places = [name for name in columns if name in _TRAIN_PLACES]
+    for row in np.flatnonzero(table[places].notna().sum(axis=1) != 1):
+        allowed = "must have a contact or a granule, and not both"
+        raise SceneError(f"row {row + 1}", None, allowed, file=file)
     trains: dict[Gauge, dict[str, FloatArray]] = {}
-    for key in _TRAIN_PLACES:
-        if key not in places:
-            continue
+    for key in places:
         for number, rows in table[table[key].notna()].groupby(key, sort=False):
             try:
                 gauge = Gauge(**{key: int(number) if float(number).is_integer() else number})
@@ -760,11 +686,10 @@ def _measured(scene: Scene, pulses: Source) -> dict[Gauge, dict[str, FloatArray]
             except SceneError as wrong_place:
                 where = f"{key} in row {rows.index[0] + 1}"
                 raise SceneError(where, number, wrong_place.allowed, file=file) from None
-            train = {name: rows[name].to_numpy() for name in columns if name not in _TRAIN_PLACES}
-            if "time_s" in train and np.any(np.diff(train["time_s"]) <= 0):
+            trains[gauge] = {name: rows[name].to_numpy() for name in columns if name not in places}
+            if np.any(np.diff(trains[gauge].get("time_s", ())) <= 0):
                 allowed = f"must increase from pulse to pulse of {gauge.place}"
                 raise SceneError("time_s", None, allowed, file=file)
-            trains[gauge] = train
     require(bool(trains), "pulses", None, "has no row with the number of a contact or granule")
     return trains
 

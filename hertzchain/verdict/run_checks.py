@@ -306,9 +306,7 @@ def _verlet(
     """Run native velocity Verlet; with ``start`` all granules move from the first step on."""
     if scene.contact is not None:
         return simulate_damped_verlet(scene, legs, deadline, start=start)
-    return simulate(
-        scene, legs, VELOCITY_VERLET, window=start is None, deadline=deadline, start=start
-    )
+    return simulate(scene, legs, VELOCITY_VERLET, deadline=deadline, start=start)
 
 
 def _farthest_peak(peak_force: FloatArray, expected: FloatArray) -> int:

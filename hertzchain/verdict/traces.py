@@ -19,7 +19,7 @@ from hertzchain.engines.native.backend import Native
 from hertzchain.errors import HertzchainError, require
 from hertzchain.limits import TIME_LIMIT, TOLERANCE, check_tolerance
 from hertzchain.observables.gauges import Reading, force_over_time
-from hertzchain.observables.result import Result, context_of
+from hertzchain.observables.result import Result
 from hertzchain.observables.samples import History
 from hertzchain.progress import ShowProgress, telling
 from hertzchain.pulses.recording import (
@@ -34,8 +34,7 @@ from hertzchain.pulses.recording import (
 from hertzchain.scene.keys import to_si
 from hertzchain.scene.scene import Scene, SceneLike, to_scene
 from hertzchain.scene.terms import Gauge
-from hertzchain.shown import ShownVerdict
-from hertzchain.verdict.check import Check, Kind, within
+from hertzchain.verdict.check import Check, CheckedVerdict, Kind, within
 
 if TYPE_CHECKING:
     import pandas
@@ -541,55 +540,38 @@ class Number:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class TraceJudgement(ShownVerdict):
+class TraceJudgement(CheckedVerdict):
     """Measured traces against the reference; true if the verdict is ``pass``.
+
+    Its checks are those of the first pulses, within tolerance and noise, and the whole traces.
 
     Parameters
     ----------
-    reference
-        Result of the native reference method, with the gauges that were measured.
     traces
         The measured traces, less their offsets before the first arrival.
     expected
         Readings of the gauges in the reference.
     shift
         Time on the measured clock at which the run begins [s].
-    tolerance
-        Largest relative difference that passes, besides the noise.
     numbers
         Each number of the first pulses that are complete.
-    checks
-        Each number that could be judged, and the whole traces.
     remarks
         Sentences on what could not be judged; usually empty.
     """
 
-    reference: Result
     traces: Traces
     expected: Expected
     shift: float
-    tolerance: float
     numbers: tuple[Number, ...]
-    checks: tuple[Check, ...]
     remarks: tuple[str, ...]
-
-    @property
-    def verdict(self) -> str:
-        """``pass`` if something was judged and all of it passed, otherwise ``fail``."""
-        passed = bool(self.checks) and all(check.passed for check in self.checks)
-        return "pass" if passed else "fail"
 
     def to_dict(self) -> dict[str, Any]:
         """Return the judgement as a JSON object."""
         return {
-            "verdict": self.verdict,
-            "tolerance": self.tolerance,
+            **super().to_dict(),
             "shift_s": self.shift,
             "known_until_s": self.expected.until,
-            "checks": [check.to_dict() for check in self.checks],
             "remarks": list(self.remarks),
-            "reference": self.reference.numbers(),
-            **context_of(self.reference.scene),
         }
 
 
@@ -617,15 +599,10 @@ def judge_traces(
     columns
         Columns by ``time``, ``gauge_16``, ``contact_10``, ``wall``, and the size of their unit:
         ``{"gauge_16": "CH1 [25 N]"}``.
-    tolerance
-        Largest relative difference that passes, besides noise; between 0 and 1.
     shift
         Whether the measured clock may begin at another time than the run; this time is then found.
-    time_limit
-        Time limit of each run of the reference [s].
-    progress
-        True for a line in the terminal on what is being done, or a function that is
-        called with each such line.
+    tolerance, time_limit, progress
+        As for ``judge``; noise adds to the tolerance.
 
     Raises
     ------
@@ -676,7 +653,7 @@ def judge_traces(
         else:
             checks.append(whole)
     return TraceJudgement(
-        expected.result, measured, expected, begin, float(tolerance), tuple(numbers), tuple(checks),
+        expected.result, float(tolerance), tuple(checks), measured, expected, begin, tuple(numbers),
         tuple(remarks),
     )  # fmt: skip
 

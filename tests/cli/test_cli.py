@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import contextlib
 import os
 import re
-import resource
 import signal
-from collections.abc import Iterator
 from dataclasses import replace
 from importlib.metadata import entry_points, version
 from pathlib import Path
@@ -254,39 +251,3 @@ def test_a_unit_that_was_forgotten_is_remarked_on(hertzchain: Command) -> None:
 
 
 # Files appear whole or not at all
-
-
-@contextlib.contextmanager
-def files_of_at_most(size: int) -> Iterator[None]:
-    """No file that this process writes grows beyond this size [bytes]."""
-    before = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
-    try:
-        yield
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, before)
-
-
-@linux
-@pytest.mark.parametrize(
-    "command",
-    [
-        ("run", "scene.toml", "--plot", "a.svg"),
-        ("run", "scene.toml", "--record", "99", "-o", "a.csv"),
-        ("deck", "scene.toml", "-o", "in.a"),
-    ],
-    ids=lambda command: command[-1],
-)
-def test_a_file_that_is_cut_short_is_not_left(
-    command: tuple[str, ...], hertzchain: Command
-) -> None:
-    scene_file({"chain.granules": "5"})
-    assert hertzchain(*command).status == 0  # kernels and fonts are on disk from here on
-    path = Path(command[-1])
-    assert path.stat().st_size > 4000
-    path.unlink()
-    with files_of_at_most(4000):
-        done = hertzchain(*command)
-    assert done.status != 0
-    assert f"{path}: cannot be written (File too large)" in done.err
-    assert names() == ["scene.toml"]

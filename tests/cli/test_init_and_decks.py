@@ -12,7 +12,7 @@ from xml.etree import ElementTree
 import pytest
 
 from hertzchain.cli.doctor import PACKAGES
-from hertzchain.scene.starters import STARTERS
+from hertzchain.scene.starters import STARTERS, title_of
 from tests.cli.short_chain import GET_IT, scene_file
 from tests.command_line import Command, is_refused
 from tests.examiner.corpus import FOLDER
@@ -41,7 +41,7 @@ def test_every_kind_can_be_asked_for(hertzchain: Command, kind: str, tmp_path: P
     done = hertzchain("init", path, "--from", kind)
     assert done.status == 0
     assert f"compare '{path}'" in done.out
-    assert path.read_text(encoding="utf-8").startswith(f"# {STARTERS[kind].title}\n")
+    assert path.read_text(encoding="utf-8").startswith(f"# {title_of(kind)}\n")
 
 
 def test_a_file_is_not_replaced(hertzchain: Command, tmp_path: Path) -> None:
@@ -50,15 +50,6 @@ def test_a_file_is_not_replaced(hertzchain: Command, tmp_path: Path) -> None:
     is_refused(hertzchain("init", path, "--from", "pulse-table"), "mine.csv: exists", "delete it")
     assert not path.exists()
     assert table.read_text(encoding="utf-8") == "measured\n"
-
-
-def test_commands_can_be_completed_by_a_shell(
-    hertzchain: Command, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setenv("_HERTZCHAIN_COMPLETE", "complete_bash")
-    monkeypatch.setenv("COMP_WORDS", "hertzchain pre")
-    monkeypatch.setenv("COMP_CWORD", "1")
-    assert hertzchain().out.split() == ["predict"]
 
 
 # What is installed, and what to do about what is not
@@ -145,18 +136,6 @@ def test_variables_in_both_forms(hertzchain: Command) -> None:
     assert document["verdict"] == "pass"
     assert all(check["passed"] for check in document["checks"])
     assert len(document["peak_force_N"]) == 19
-
-
-@pytest.mark.lammps
-def test_why_lammps_does_not_run_a_deck_is_said(hertzchain: Command, tmp_path: Path) -> None:
-    deck = tmp_path / "in.silent"
-    text = DECK.read_text(encoding="utf-8")
-    deck.write_text(text.replace("comm_modify", "# comm_modify"), encoding="utf-8")
-    assert deck.read_text(encoding="utf-8") != text
-    done = hertzchain("examine", SCENE, deck)
-    assert done.status == 1
-    assert "the deck does not come to its end" in done.out
-    assert "requires ghost atoms store velocity" in " ".join(done.out.split())
 
 
 # Decks of a scene

@@ -41,8 +41,9 @@ run scene.toml --plot a.png --size 1x9 => --size 1x9: must be width and height
 run scene.toml --lmp lmp => --lmp is for --backend lammps: add that, or leave --lmp out
 run scene.toml --ranks 2 => --ranks is for --backend lammps: add that, or leave --ranks
 run scene.toml --backend lammps --lmp /no/lmp => /no/lmp is missing or not a program
-compare scene.toml --ranks 2 => --ranks needs a LAMMPS binary, as the lammps module runs
-compare scene.toml --ranks 0 => --ranks = 0: must be at least 1
+compare scene.toml --ranks 2 => ranks = 2: the lammps module runs on one process: name also a LAMMPS binary
+compare scene.toml --ranks 0 => ranks = 0: must be at least 1
+run scene.toml --record 1 -o a.csv => --record = 1: must be at least 2
 compare scene.toml --time-limit nan => --time-limit = 'nan': must be a finite number above
 compare scene.toml --plot plot.xyz => plot.xyz; png; svg
 compare scene.toml --backend native --junit scene.toml => name
@@ -54,7 +55,7 @@ judge scene.toml peaks.csv --column F => --column F: must be NAME=VALUE
 judge scene.toml peaks.csv peaks.csv => peaks.csv; is not a LAMMPS dump
 judge scene.toml none.csv => none.csv; cannot be read
 judge scene.toml peaks.csv --report report.pdf => report.pdf; .html or .htm
-judge scene.toml in.steel_plain => in.steel_plain: is a LAMMPS input
+judge scene.toml in.steel_plain => in.steel_plain: is no CSV file; must be one with contact and peak
 examine steel.toml in.steel_plain --var a => --var; NAME
 examine steel.toml in.steel_plain --var a=1 --var a=2 => --var a
 examine steel.toml in.steel_plain --tolerance 2 => tolerance; below 1
@@ -98,6 +99,7 @@ plot swept --x LM_ratio --y p --where backend=native --where backend=lammps => -
 plot . --x LM_ratio --y p => .: is not a sweep, must be what hertzchain sweep -o wrote
 plot no --x LM_ratio --y p => no: is not a sweep, must be what hertzchain sweep -o wrote
 plot begun --x LM_ratio --y p => not measured yet
+fit scene.toml tiny.csv --free chain.density --own-clocks --no-shift => --own-clocks: cannot go with --no-shift; leave one
 fit scene.toml tiny.csv --free chain.density => peak forces: must be from 1e-60 to 1e+60 N
 pulse scope.csv => column 2 (CH1) is in V; --scale
 pulse scope.csv -o scope.csv --scale 25 => scope.csv: is an input, and must not be overwritten

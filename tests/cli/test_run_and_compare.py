@@ -22,12 +22,9 @@ from hertzchain.verdict import run_checks
 from tests.cli.short_chain import (
     CONTACTS,
     GET_IT,
-    TABLE,
-    Changes,
     embedded,
     rows_of,
     scene_file,
-    table_file,
 )
 from tests.command_line import Command, Outcome, is_refused
 from tests.oracles.json_schema import problems
@@ -71,41 +68,6 @@ def test_a_run_misses_an_accuracy_that_it_misses_by_little(
     outcome = hertzchain("run", "scene.toml", "--rtol", wanted)
     assert outcome.status == status
     assert ("cannot reach this accuracy with damped contacts" in outcome.err) == (status == 1)
-
-
-def test_dt_with_a_unit_vs_seconds(hertzchain: Command) -> None:
-    scene_file({"run.end_time": '"60 us"'})
-    method = ("--method", "velocity-verlet")
-    by_unit, plain = (
-        hertzchain("run", "scene.toml", *method, "--dt", dt, "--json").json()
-        for dt in ("20 ns", "2e-8")
-    )
-    assert by_unit["peak_force_N"] == plain["peak_force_N"]
-    assert by_unit["dt_s"] == plain["dt_s"] <= 2e-8
-
-
-SHORT_RUNS = [
-    *({"run.end_time": f'"{end_time}"'} for end_time in ("10 us", "0.1 us", "1 ns", "1e-300 s")),
-    {**TABLE, "run.end_time": "5e-6"},
-]
-"""Runs that end before most contacts are pressed, and one that ends before the shock begins."""
-
-
-@pytest.mark.parametrize(
-    "command", [["run"], pytest.param(["compare"], marks=pytest.mark.lammps)], ids=" ".join
-)
-@pytest.mark.parametrize("changes", SHORT_RUNS, ids=lambda changes: changes["run.end_time"])
-def test_a_short_run_is_no_crash(hertzchain: Command, command: list[str], changes: Changes) -> None:
-    scene_file(changes)
-    table_file("1e-5,50", "2e-5,100")
-    outcome = hertzchain(*command, "scene.toml", "--json")
-    if outcome.status == 2:
-        is_refused(outcome)
-        return
-    outcome.json()
-    said = outcome.err.splitlines()
-    assert len(said) <= (outcome.status == 1)
-    assert all(line.startswith("hertzchain: wanted 1e-06, reached ") for line in said)
 
 
 def test_run_without_lammps_says_how_to_get_it(
@@ -212,23 +174,6 @@ def test_compare_without_lammps_prints_the_rest_and_status_2(
     assert outcome.err.startswith("hertzchain: lammps: not run: ")
     assert GET_IT in outcome.err
     assert outcome.err.count("\n") == 1
-
-
-@pytest.mark.usefixtures("no_programs")
-def test_compare_without_the_programs_shows_the_rest_and_what_to_do(hertzchain: Command) -> None:
-    scene_file({"chain.granules": "3"})
-    wanted = ["--backend", "liggghts", "--backend", "yade"]
-    outcome = hertzchain("compare", "scene.toml", *wanted)
-    assert outcome.status == 2
-    assert "Verdict: fail" in outcome.out
-    for engine in ("liggghts", "yade"):
-        assert f"apt install {engine}" in outcome.out
-    said = outcome.err.splitlines()
-    assert [line.split(": ")[1:3] for line in said] == [
-        ["liggghts", "not run"],
-        ["yade", "not run"],
-    ]
-    assert "apt install yade" in said[1]
 
 
 # Error against cost

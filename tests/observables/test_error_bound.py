@@ -12,14 +12,11 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from scipy.interpolate import BPoly
-from scipy.optimize import minimize_scalar
 
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.external.accuracy import (
     extrapolation_safety,
-    interpolation_error,
     least_gain,
     rival_errors,
 )
@@ -39,7 +36,6 @@ from hertzchain.observables.peaks import largest_difference
 from hertzchain.observables.samples import DampedLaw
 from hertzchain.observables.watch import PeakWatch
 from hertzchain.scene.schedule import Leg
-from hertzchain.theory.solitary_wave import solitary_wave
 from tests import scenes
 from tests.conftest import paper_scene
 
@@ -142,56 +138,6 @@ def test_what_refinement_leaves_is_in_the_bound_of_the_reference(name: str) -> N
     twice = hc.Native("reference", 0.1 * scene.units.time, peaks_only=True).run(scene)
     # Off by 5e-12, of which the two runs tell 1e-12; the usual step is right to 3e-13.
     assert largest_difference(twice.peak_force, exact) <= twice.error_estimate < 2e-11
-
-
-STRONGEST = 2.2
-"""Force of the strongest wave, over F0."""
-
-
-def test_a_wave_between_two_readings_is_covered() -> None:
-    """The exact solitary wave, interpolated over four of its points, with its top in the middle."""
-    wave = solitary_wave()
-    spacing = float(wave.x[1] - wave.x[0]) / wave.speed
-    rates = 2j * np.pi * np.fft.rfftfreq(wave.x.size, spacing)
-    overlap = [np.fft.irfft(np.fft.rfft(wave.overlap) * rates**k, wave.x.size) for k in range(4)]
-    top, h = int(np.argmax(wave.overlap)), 4 * spacing
-    start, end = ([d[k] for d in overlap] for k in (top - 2, top + 2))
-    curve = BPoly.from_derivatives([0.0, h], [start, end])
-    place = minimize_scalar(lambda t: -float(curve(t)), bounds=(0, h), method="bounded").x
-    off = abs(float(curve(place)) - 1)
-    # Relative, of the force; time goes as F^(-1/6).
-    needed = 1.5 * off / h**8 * STRONGEST ** (8 / 6)
-    scene = paper_scene("cosine", 2.0, 2.0, 10)
-    legs = (Leg(0.0, 0.3 * scene.units.time, 1000, None),)
-    # In steps so short the rest of the bound, which goes as their square, is less than 1e-3 of it.
-    stated = interpolation_error(scene, legs, [1000]) / 0.3**8
-    assert needed < stated < 2 * needed
-
-
-def test_a_contact_that_opens_between_two_readings_is_covered() -> None:
-    """The force of the next contact falls as the 3/2 power of the time until it opens.
-
-    Its granules fly apart as fast at most as the fastest granule of the strongest wave is.
-    """
-    place = np.linspace(0.0, 1.0, 201)
-    largest = 0.0
-    for opens in np.linspace(0.05, 0.95, 19):
-
-        def overlap(s: FloatArray, k: int, opens: float = opens) -> FloatArray:
-            factor = (1 / 8.75, -1 / 2.5, 1.0, -1.5)[k]
-            return np.asarray(factor * np.maximum(opens - s, 0.0) ** (3.5 - k))
-
-        ends = [[float(overlap(np.array(s), k)) for k in range(4)] for s in (0.0, 1.0)]
-        curve = BPoly.from_derivatives([0.0, 1.0], ends)
-        largest = max(largest, float(np.max(np.abs(curve(place) - overlap(place, 0)))))
-    velocity = (STRONGEST / 1.013) ** (5 / 6)
-    needed = 1.5 * velocity**1.5 * largest  # of a contact pressed by F0, at an interval of 1
-    easy, hard = (paper_scene("cosine", 2.0, 2.0, granules) for granules in (10, 9))
-    for interval in (0.1, 0.3):
-        legs = (Leg(0.0, interval * easy.units.time, 1, None),)
-        without, stated = (interpolation_error(scene, legs, [1]) for scene in (easy, hard))
-        # Rounded up, not doubled: readings cost time.
-        assert needed < (stated - without) / interval**3.5 < 2 * needed
 
 
 @pytest.mark.parametrize(

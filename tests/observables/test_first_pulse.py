@@ -92,23 +92,6 @@ TAPER = hc.Scene(
 )  # fmt: skip
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("first", range(0, 60, 10))
-def test_lammps_on_random_scenes(first: int) -> None:
-    """At 1e-4: none above its bound; a scene that it cannot reach in a minute is left out."""
-    judged = 0
-    for number in range(first, first + 10):
-        try:
-            ratios = shares(
-                random_scene(number), hc.Lammps(rtol=1e-4, wanted="first", time_limit=60)
-            )
-        except HertzchainError:
-            continue  # a refusal is honest
-        judged += len(ratios)
-        assert max(ratios, default=0.0) <= 1, number
-    assert judged > 30
-
-
 def test_plain_scenes() -> None:
     scene = paper_scene("cosine", 1.0, 2.0, 12)
     assert 0 < max(shares(scene, hc.Native(rtol=1e-6, wanted="first"))) <= 1
@@ -237,22 +220,6 @@ def test_errors_of_gauges_are_bounds(name: str) -> None:
             assert max(ratios) <= 1, (granule, rtol)
 
 
-def test_a_contact_is_its_first_pulse() -> None:
-    scene = replace(SCENES["walled"], gauges=(hc.Gauge(contact=4), hc.Gauge(contact=9)))
-    result = hc.Native(rtol=1e-6).run(scene)
-    first = result.first_pulses
-    assert [gauge.force for gauge in result.gauges] == [first.force[2], first.force[7]]
-    assert [gauge.arrival for gauge in result.gauges] == [first.arrival[2], first.arrival[7]]
-
-
-def test_the_mean_of_a_solitary_wave() -> None:
-    """0.7073 of the contact's peak far from the striker."""
-    chain = hc.Chain(60, **STEEL)
-    scene = hc.Scene(chain, hc.Striker(1.0), gauges=(hc.Gauge(granule=40), hc.Gauge(contact=40)))
-    granule, contact = hc.Native(rtol=1e-8).run(scene).gauges
-    assert granule.force / contact.force == pytest.approx(0.7073, abs=5e-5)
-
-
 TWO = replace(
     SCENES["walled"], gauges=(hc.Gauge(granule=3), hc.Gauge(granule=6), hc.Gauge(contact=9))
 )
@@ -293,14 +260,6 @@ def test_speed_from_gauge_to_gauge() -> None:
     other_way = replace(TWO, gauges=TWO.gauges[1::-1])
     backwards = hc.Native().run(other_way, record=50).gauges[1]
     assert backwards.speed == pytest.approx(second.speed, rel=1e-12)
-
-
-def test_speed_between_unlike_granules() -> None:
-    """The way is from centre to centre: radii of 5 mm times 0.95 to the number of the granule."""
-    scene = replace(SCENES["taper"], gauges=(hc.Gauge(granule=3), hc.Gauge(granule=5)))
-    first, second = hc.Native().run(scene).gauges
-    way = 5e-3 * (0.95**2 + 2 * 0.95**3 + 0.95**4)
-    assert second.speed == pytest.approx(way / (second.arrival - first.arrival), rel=1e-12)
 
 
 WALLED = replace(SCENES["walled"], chain=hc.Chain(20, **STEEL))

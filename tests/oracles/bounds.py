@@ -12,7 +12,7 @@ import hertzchain as hc
 from hertzchain.engines.native.plan import METHODS
 from hertzchain.observables.peaks import judged_contacts, largest_difference
 from tests.oracles import extrapolation
-from tests.oracles.eighth_order import Truth
+from tests.oracles.extrapolation import Truth
 
 
 def lasting(scene: hc.Scene) -> hc.Scene:

@@ -1,4 +1,4 @@
-"""The two oracles that judge error bounds, against known answers and one another."""
+"""The oracle that judges error bounds, against known answers."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import pytest
 
 import hertzchain as hc
 from tests.conftest import STEEL, paper_scene
-from tests.oracles import eighth_order, extrapolation
+from tests.oracles import extrapolation
 
 
 def test_two_granules_under_a_constant_force() -> None:
@@ -17,9 +17,9 @@ def test_two_granules_under_a_constant_force() -> None:
     # of contact changes it by the square of that.
     unit = paper_scene("cosine", 1.0, 2.0, 2).units.time
     shock = hc.PulseTable((0.0, 1e-5 * unit, 50 * unit), (0.0, 100.0, 100.0))
-    truth = eighth_order.solve(hc.Scene(hc.Chain(2, **STEEL), shock))
-    assert truth.force[0] == pytest.approx(125.0, rel=1e-9, abs=0)
-    assert truth.error < 1e-12  # 2e-13 seen
+    truth = extrapolation.solve(hc.Scene(hc.Chain(2, **STEEL), shock))
+    assert truth.force[0] == pytest.approx(125.0, rel=1e-11, abs=0)
+    assert truth.error < 1e-10  # ten times the difference of two runs; 3e-12 is what it is off
 
 
 COLLISIONS = {
@@ -48,19 +48,10 @@ def test_speeds_after_a_collision(name: str) -> None:
     assert (after - before) / 0.1 == pytest.approx(expected, rel=1e-7, abs=0)
 
 
-@pytest.mark.parametrize("end", [1.0, 0.1], ids=["whole", "ends while the force falls"])
-def test_two_solvers_of_a_plain_chain(end: float) -> None:
-    scene = paper_scene("cosine-triangular", 0.3, 3.0, 12)
-    scene = replace(scene, run=hc.Run(end * scene.end_time))
-    truth, other = eighth_order.solve(scene), extrapolation.solve(scene)
-    assert truth.error_of(other.force) < 1e-12  # 3e-13 seen, in 53 bits against 80
-    assert other.error < 1e-11
-
-
 def test_errors_are_told() -> None:
-    truth = eighth_order.Truth(np.array([1.0, 2.0, 1e-4]), 0.0)
+    truth = extrapolation.Truth(np.array([1.0, 2.0, 1e-4]), 0.0)
     assert truth.error_of(np.array([1.0, 2.0, 5.0])) == 0  # below a thousandth of the largest
     assert truth.error_of(np.array([1.0, 2.002, 0.0])) == pytest.approx(1e-3)
-    nothing = eighth_order.Truth(np.zeros(3), 0.0)
+    nothing = extrapolation.Truth(np.zeros(3), 0.0)
     assert nothing.error_of(np.zeros(3)) == 0
     assert nothing.error_of(np.array([0.0, 1e-9, 0.0])) == 1

@@ -13,7 +13,6 @@ from hypothesis import strategies as st
 
 from hertzchain.errors import HertzchainError
 from hertzchain.pulses.recording import Recording, read_recording
-from tests.recordings import GAIN, OFFSET, sine_squared, times, write_scope
 
 TIME = [k * 0.5 for k in range(10)]  # [ms] or [s]
 FORCE = [0.25 * k for k in range(10)]
@@ -198,15 +197,6 @@ def test_empty_cells_are_gaps_and_other_texts_are_refused(tmp_path: Path) -> Non
     path.write_text(path.read_text("utf-8").replace("1.8,,", "1.8,off,"), encoding="utf-8")
     with pytest.raises(HertzchainError, match="line 7: has no finite time and force"):
         read_recording(path)
-
-
-def test_the_file_of_an_oscilloscope(tmp_path: Path) -> None:
-    recording = read_recording(write_scope(tmp_path / "scope.csv", noise=0.0), scale=GAIN)
-    # Four decimals of us and of V.
-    np.testing.assert_allclose(recording.time, times(2000), atol=0.51e-10)
-    expected = sine_squared(times(2000)) + OFFSET * GAIN
-    np.testing.assert_allclose(recording.force, expected, atol=0.51e-4 * GAIN)
-    assert dict(recording.facts)["time"] == "column 1 (Time), in us (header)"
 
 
 def test_all_that_is_wrong_is_said_at_once(tmp_path: Path) -> None:

@@ -20,6 +20,7 @@ from hertzchain.observables.result import LostDigits
 from hertzchain.report.console import (
     plain_text,
     print_document,
+    print_left_out,
     print_prediction,
     print_prose,
     print_tradeoff,
@@ -120,6 +121,9 @@ def test_columns_and_facts_have_their_numbers_and_units() -> None:
     assert header == [*columns]
     shown = np.transpose([*columns.values()])[: len(rows)]
     np.testing.assert_allclose(np.array(rows, np.float64), shown, rtol=1e-4)
+    times = [k for k, name in enumerate(header) if name.endswith("[s]")]
+    for row, values in zip(rows, shown, strict=True):  # six digits, also of a round number
+        assert [row[k] for k in times] == [f"{values[k]:#.6g}" for k in times]
     pressed, metals = result.largest_pressure, "metals of yield strength"
     for label, words, values in (
         ("velocity at the end", "granule 1 # m/s, the last granule # m/s",
@@ -151,6 +155,12 @@ def test_scenes_without_a_modulus_or_a_second_granule_are_said_in_their_words() 
     assert "the last granule" not in line_of(run_text(run), "velocity at the end")
     softer = replace(run, lost_digits=LostDigits(1e7, 1e-8, 1e-12))
     assert str(similar_scene(softer)).startswith("a similar softer chain, scaled back")
+
+
+def test_contacts_that_are_not_shown_are_counted() -> None:
+    for left, said in ((0, ""), (1, "(1 more contact is shown by --json)"),
+                       (7, "(7 more contacts, up to 60, are shown by --json)")):  # fmt: skip
+        assert plain_text(partial(print_left_out, left=left, last=60)) == said
 
 
 def test_lines_end_between_words_and_never_within_a_command() -> None:

@@ -151,13 +151,23 @@ def test_the_figure_draws_the_result(result: hc.Result) -> None:
         # Each curve has its exact peak, not the largest recorded force.
         assert np.max(line.get_ydata()) == result.peak_force[contact - 2]
     (colours,) = space_time.collections
+    assert isinstance(colours, QuadMesh)
+    edges = np.asarray(colours.get_coordinates())[0, :, 0]
     begin, end = space_time.get_xlim()
     shown = (result.history.time >= begin) & (result.history.time <= end)
-    force = result.history.contact_force
+    force, time = result.history.contact_force, result.history.time[shown]
+    assert np.all((edges[:-1] <= time) & (time <= edges[1:]))  # each column is at its time
+    assert (edges[0], edges[-1]) == (time[0], time[-1])
     assert np.all(np.max(force, axis=0) > 0.95 * result.peak_force)  # times keep the height
     assert np.array_equal(np.asarray(colours.get_array()), force[shown].T)
     assert np.max(force[~shown], initial=0.0) < 0.01 * np.max(force)  # nothing to see
     assert (space_time.get_xlabel(), space_time.get_ylabel()) == ("time [ms]", "contact")
+
+
+def test_a_run_that_no_wave_has_passed_draws_its_first_contact() -> None:
+    plain = paper_scene("cosine", 1.0, 2.0, granules=5)
+    early = replace(plain, run=hc.Run(plain.pulse_end / 10))
+    assert drawn_contacts(hc.Native().run(early, record=9), 3) == [2]
 
 
 def test_gauges_of_a_scene_are_what_is_drawn() -> None:

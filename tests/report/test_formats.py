@@ -14,7 +14,7 @@ import pytest
 from markupsafe import escape
 
 import hertzchain as hc
-from hertzchain.report.console import printed
+from hertzchain.report.console import plain_text, print_document, printed
 from hertzchain.report.contents import document_of
 from hertzchain.report.document import Document, to_xml
 from hertzchain.report.page import page_of
@@ -112,8 +112,14 @@ def test_text(shown: Shown) -> None:
         assert " ".join(check.name.split()) in words
         assert check.passed or " ".join(check.reason.split()) in words
     assert words.count(" FAIL ") >= sum(not check.passed for check in document.checks)
+    narrow = plain_text(lambda console: print_document(console, document), 40).splitlines()
     for finding in document.findings:
         assert all(" ".join(said.split()) in words for said in finding.sentences)
+        for place, written, commands in finding.right:  # on one line, to be copied
+            assert f"   {place}: {written}".rstrip() in narrow
+            assert {f"   right: {command}" for command in commands} <= {*narrow}
+    for _, value in document.facts:
+        assert " ".join(value.split()) in words
     if passes is not None:
         assert bool(what) is passes
 

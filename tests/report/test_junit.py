@@ -3,22 +3,13 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
 from datetime import UTC, datetime
-from pathlib import Path
-from typing import NoReturn
 from xml.etree import ElementTree
 
-import pytest
-
-import hertzchain as hc
 from hertzchain.report.document import Case, Suite, case_of, to_xml
 from hertzchain.verdict.check import Check, Kind
-from tests.command_line import Command, is_refused
-from tests.conftest import paper_scene
 
 BEGUN = datetime(2026, 11, 21, 14, 46, 44, tzinfo=UTC)
-SCENE = paper_scene("cosine", 1.0, 2.0, granules=8)
 
 ATTRIBUTES = {
     "testsuites": {"name", "tests", "failures", "errors", "time"},
@@ -59,10 +50,6 @@ def checked(text: str) -> ElementTree.Element:
         names = [case.attrib["name"] for case in suite]
         assert len(set(names)) == len(names)
     return root
-
-
-def read(path: Path) -> ElementTree.Element:
-    return checked(path.read_text(encoding="utf-8"))
 
 
 def suite_of(*cases: Case) -> Suite:
@@ -127,49 +114,3 @@ def test_hostile_text_goes_through() -> None:
 
 
 # The commands
-
-
-def of_checks(checks: Sequence[dict[str, object]]) -> dict[object, str | None]:
-    """Return the expected JUnit case of each check in the JSON."""
-    return {
-        check["name"]: None
-        if check["passed"]
-        else ("error" if check["measured"] is None else "failure")
-        for check in checks
-    }
-
-
-def problems(suite: ElementTree.Element) -> dict[object, str | None]:
-    """Return the kind of each case, by its name."""
-    return {case.attrib["name"]: case[0].tag if len(case) else None for case in suite}
-
-
-@pytest.fixture
-def scene(tmp_path: Path) -> Path:
-    SCENE.to_toml(tmp_path / "my.scene.toml")
-    return tmp_path / "my.scene.toml"
-
-
-@pytest.mark.lammps
-def test_compare_writes_its_checks(hertzchain: Command, scene: Path, tmp_path: Path) -> None:
-    there = tmp_path / "junit.xml"
-    done = hertzchain("compare", scene, "--json", "--junit", there)
-    assert done.status == 0
-    (suite,) = read(there)
-    assert suite.attrib["name"] == "hertzchain.compare.my_scene"  # dots would be folders
-    assert problems(suite) == of_checks(done.json()["checks"])
-    assert len(suite) > 10
-    assert float(suite.attrib["time"]) > 0
-
-
-def test_what_cannot_be_written_is_refused_before_the_work(
-    hertzchain: Command, scene: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def work(*_: object) -> NoReturn:
-        raise AssertionError("nothing may be computed")
-
-    monkeypatch.setattr(hc.Native, "run", work)
-    (tmp_path / "no").touch()
-    there = tmp_path / "no" / "junit.xml"
-    for arguments in (("compare", scene), ("judge", scene, "a.csv"), ("examine", scene, "in.a")):
-        is_refused(hertzchain(*arguments, "--junit", there), "cannot be written")

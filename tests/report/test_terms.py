@@ -135,24 +135,6 @@ def test_a_run_prints_what_the_scene_has(hertzchain: Command, name: str) -> None
     assert "F_SW" not in done.out
 
 
-def test_json_and_table_of_a_static_load_and_a_wall() -> None:
-    scene = load("upright_column")
-    result = hc.Native().run(scene)
-    numbers = result.to_dict()
-    assert numbers["contacts"] == list(range(2, scene.chain.granules + 2))
-    assert numbers["peak_force_N"] == result.peak_force.tolist()
-    assert len(numbers["peak_time_s"]) == scene.chain.granules
-    assert numbers["transition_granules"] is None
-    # The striker only touches the column.
-    weight = 9.81 * scene.chain.granule_mass * np.arange(scene.chain.granules)
-    assert numbers["static_force_N"] == pytest.approx(weight, rel=1e-13)
-    table = result.to_frame()
-    assert table["contact"].to_list() == numbers["contacts"]
-    total = table["static_force_N"] + table["dynamic_force_N"]
-    assert total.to_numpy() == pytest.approx(result.peak_force, rel=1e-15)
-    assert "static_force_N" not in hc.Native().run(load("dimer")).to_dict()
-
-
 def test_a_trajectory_shows_granules_as_they_are(tmp_path: Path) -> None:
     scene = load("all_at_once")
     times = np.linspace(0.0, scene.end_time, 4)

@@ -95,6 +95,7 @@ TERMS = {
 
 def test_every_kind_is_here() -> None:
     assert STARTERS.keys() == TERMS.keys()
+    assert set(STARTERS.values()) == set(STARTERS["pulse"].parent.glob("*.toml"))
 
 
 @pytest.mark.parametrize("kind", TERMS)

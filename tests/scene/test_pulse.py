@@ -7,7 +7,6 @@ import math
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import get_args
 
 import numpy as np
 import pytest
@@ -26,7 +25,6 @@ from hertzchain.scene.schedule import Leg, lay_steps
 from hertzchain.scene.shocks import (
     PROFILES,
     SHAPES,
-    Profile,
     Ramp,
     Shape,
     Stroke,
@@ -156,13 +154,6 @@ def test_a_pulse_table_is_read(tmp_path: Path, text: str) -> None:
     assert table.time == (0.0, 1e-5, 3e-5)
     assert table.force == (0.0, 100.0, 0.5)
     assert table.file == "pulse.csv"
-
-
-def test_the_names_of_profiles_are_typed() -> None:
-    assert set(get_args(Profile)) == set(TABLE_1) == set(PROFILES)
-    assert profile_named("cosine") == "cosine"
-    with pytest.raises(SceneError, match=r"^profile = 'square': must be one of cosine, triang"):
-        profile_named("square")
 
 
 # Steps: equal between corners, the same for every backend

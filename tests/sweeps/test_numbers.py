@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -29,7 +28,6 @@ from hertzchain.sweeps.columns import (
     numbers_of,
 )
 from hertzchain.sweeps.design import design
-from tests.command_line import MAIN, process
 from tests.conftest import STEEL, paper_scene
 from tests.sweeps.made import GRID, LAMMPS, SHORT, all_scenes
 
@@ -228,7 +226,7 @@ def test_scenes_that_take_long_are_measured_one_by_one(
     [
         (1e-6, 100.0, 11, False),
         (1e-6, 100.0, 5, False),  # contacts p + 2 and on still pressed: no p
-        *((error, 100.0, 11, True) for error in (1.0, np.inf, np.nan)),
+        *((error, 100.0, 11, True) for error in (1.0, np.nan)),
         (1e-6, 1e9, 11, True),  # too deep
     ],
 )
@@ -317,9 +315,7 @@ MORE = {"momentum_ratio": "0.5:2:1300"}
         (SHORT, MORE, hc.Native(rtol=1e-4), True, False),
         (SHORT, RATIOS, hc.Native("reference"), False, False),
         (SHORT, RATIOS, hc.Native(dt=1e-7), False, False),
-        (SHORT, RATIOS, hc.Lammps(rtol=1e-2), False, False),
         (SHORT, END, hc.Native(), False, True),
-        (replace(SHORT, run=hc.Run(1e-4)), RATIOS, hc.Native(), False, True),
         (replace(SHORT, wall=hc.Wall("rigid")), RATIOS, hc.Native(), False, True),
         (CUT_OFF["pulse"], END, hc.Native(), False, False),  # damped
     ],
@@ -341,25 +337,3 @@ def test_where_scenes_are_measured_changes_no_value(monkeypatch: pytest.MonkeyPa
         tables.append((swept.to_frame(), swept.peaks_to_frame()))
     for frame, other in zip(*tables, strict=True):
         pd.testing.assert_frame_equal(frame, other, check_exact=True)
-
-
-@pytest.mark.slow
-def test_a_hundred_thousand_scenes_take_less_than_500_mb(tmp_path: Path) -> None:
-    if not Path("/proc/self/status").exists():
-        pytest.skip("the largest memory of a process is in /proc, which is Linux's")
-    paper_scene("cosine", 1.0, 2.0).to_toml(tmp_path / "scene.toml")
-    vary = ("--vary", "shock.momentum_ratio=0.1:10:log", "--vary", "shock.duration_ratio=1.5:6")
-    command = ("sweep", tmp_path / "scene.toml", *vary, "--samples", "100000", "--rtol", "1e-4")
-    # Kernels are compiled before: a process that compiles takes 620 MB.
-    few = ("--samples", "100", "--rtol", "1e-4", "-o", tmp_path / "few")
-    small = process("sweep", tmp_path / "scene.toml", *vary, *few)
-    assert small.status == 0, small.err
-    # Not getrusage: it counts what the process that starts another one has.
-    said = (
-        "import atexit, pathlib;"
-        "status = lambda: pathlib.Path('/proc/self/status').read_text();"
-        "atexit.register(lambda: print(status().split('VmHWM:')[1].split()[0]));"
-    )
-    done = process(*command, "-o", tmp_path / "out", code=said + MAIN)
-    assert done.status == 0, done.err
-    assert int(done.out.split()[-1]) < 500_000  # [kB]

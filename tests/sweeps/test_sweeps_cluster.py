@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import logging
 import os
-import re
 import signal
 import subprocess
 import sys
@@ -23,7 +22,6 @@ from hertzchain.sweeps import loop
 from tests.command_line import python
 from tests.conftest import paper_scene
 from tests.places import ROOT
-from tests.processes import children, ended, is_server, start, wait_for
 
 _MOMENT = 0.05  # time between two checks of starting processes [s]
 _PATIENCE = 60.0  # waiting time for starting processes [s]
@@ -82,14 +80,6 @@ def worker(
         yield process
 
 
-def await_workers(address: str, count: int) -> None:
-    """Wait until a scheduler has so many workers."""
-    from distributed import Client
-
-    with Client(address, set_as_default=False) as client:
-        client.wait_for_workers(count, timeout=_PATIENCE)
-
-
 SCENE = paper_scene("cosine-triangular", 2.0, 2.0, granules=16)
 RATIOS = {"shock.momentum_ratio": "0.5:4:16:log"}
 LAMMPS = hc.Lammps(rtol=1e-2)
@@ -110,79 +100,31 @@ def sweep(
     return hc.sweep(SCENE, RATIOS, backends=backends, peaks=True, scheduler=address, **more)  # type: ignore[arg-type]
 
 
-def assert_same(sweep: hc.Sweep, other: hc.Sweep) -> None:
-    assert_frame_equal(sweep.to_frame(), other.to_frame(), check_exact=True)
-    assert_frame_equal(sweep.peaks_to_frame(), other.peaks_to_frame(), check_exact=True)
-
-
-@pytest.fixture(scope="module")
-def local() -> hc.Sweep:
-    return sweep()
-
-
-PARTS = 16
-
-
-def started(folder: Path, address: str) -> subprocess.Popen[str]:
-    """A sweep by LAMMPS as a command, in 16 parts of two scenes."""
-    SCENE.to_toml(folder / "chain.toml")
-    vary = ("--vary", "shock.momentum_ratio=0.5:4:32:log", "--backend", "lammps", "--rtol", "1e-2")
-    kept = ("-o", "out", "--scheduler", address)
-    return start("sweep", "chain.toml", *vary, *kept, cwd=folder, start_new_session=True)
-
-
-def done_parts(folder: Path) -> int:
-    return len(list((folder / "out" / "scenes").glob("*.parquet")))
-
-
 @pytest.mark.slow
 @pytest.mark.lammps
-@pytest.mark.parametrize("end", [kill, subprocess.Popen.terminate])
-def test_a_worker_that_ends_in_the_middle_changes_nothing(
-    lonely: str, tmp_path: Path, local: hc.Sweep, end: Callable[[subprocess.Popen[bytes]], None]
-) -> None:
-    """Killed, or told to end, as batch systems do before they kill: another takes its part."""
+def test_a_worker_that_ends_in_the_middle_changes_nothing(lonely: str, tmp_path: Path) -> None:
+    """It is killed: another takes its part."""
+    from distributed import Client
+
     with ExitStack() as stack:
         first, _second = (
             stack.enter_context(worker(lonely, tmp_path, "--no-nanny", name=name))
             for name in ("first", "second")
         )
-        await_workers(lonely, 2)
+        with Client(lonely, set_as_default=False) as client:
+            client.wait_for_workers(2, timeout=_PATIENCE)
         killed: list[int] = []
 
         def kill_it(done: int, _: int) -> None:
             if not killed and done >= 4:
                 killed.append(done)
-                end(first)
+                kill(first)
 
-        assert_same(sweep(lonely, progress=kill_it), local)
+        swept, local = sweep(lonely, progress=kill_it), sweep()
+        assert_frame_equal(swept.to_frame(), local.to_frame(), check_exact=True)
+        assert_frame_equal(swept.peaks_to_frame(), local.peaks_to_frame(), check_exact=True)
         assert killed
         assert killed[0] < local.rows
-
-
-@pytest.mark.slow
-@pytest.mark.lammps
-def test_ctrl_c_leaves_workers_idle_and_it_goes_on(lonely: str, tmp_path: Path) -> None:
-    from distributed import Client
-
-    with worker(lonely, tmp_path, "--no-nanny") as only:
-        process = started(tmp_path, lonely)
-        wait_for(lambda: done_parts(tmp_path) >= 2)
-        process.send_signal(signal.SIGINT)
-        status, _, said = ended(process)
-        assert status == 130
-        assert said.endswith("hertzchain: interrupted\n")
-        assert said.count("\n") == 2  # and where it is
-        assert 2 <= done_parts(tmp_path) < PARTS
-        with Client(lonely, set_as_default=False) as client:
-            wait_for(lambda: not any(client.processing().values()))
-            wait_for(lambda: not any(client.call_stack().values()))
-        wait_for(lambda: not any(map(is_server, children(only.pid))))
-        status, _, said = ended(started(tmp_path, lonely))
-        assert status == 0
-        # On a busy machine lines on how far it is follow.
-        assert re.match(r"hertzchain: \d+ of 32 rows are there, resuming\n", said)
-    assert hc.Sweep.load(tmp_path / "out").to_frame()["scene"].tolist() == list(range(32))
 
 
 def test_a_part_that_ends_workers_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

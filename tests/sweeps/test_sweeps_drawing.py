@@ -53,17 +53,6 @@ def test_backends_are_told_apart_where_nothing_is_asked_for(both: hc.Sweep) -> N
     assert drawn.remarks[0] in drawn.figure.get_supxlabel().replace("\n", " ")
 
 
-def test_many_values_have_a_colour_bar() -> None:
-    swept = hc.sweep(BASE, {RATIO: "0.1:2:3:log", N: "2:300:12:log"})
-    figure = swept.plot(RATIO, "overlap_ratio", N)
-    axes, bar = figure.axes
-    assert len(axes.lines) == 12
-    assert bar.get_ylabel() == "n"
-    assert bar.get_yscale() == "log"
-    assert figure.legends == []
-    assert len({tuple(line.get_color()) for line in axes.lines}) == 12
-
-
 def test_too_many_lines_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     swept = hc.sweep(BASE, {RATIO: "0.1,1", N: "2:3:4"}, peaks=True)
     for x, y, lines in ((RATIO, "largest_peak_force_N", 4), ("contact", "peak_force_N", 8)):
@@ -72,18 +61,6 @@ def test_too_many_lines_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setattr(drawing, "_MOST_LINES", lines - 1)
         with pytest.raises(hc.HertzchainError, match=f"lines = {lines}: must be .* fix values"):
             draw(swept, x, y)
-
-
-def test_a_sample_is_points(sampled: hc.Sweep) -> None:
-    drawn = draw(sampled, RATIO, F_SW, "shock.profile")
-    table = sampled.to_frame()
-    assert legend(drawn.figure) == ["cosine", "triangular"]
-    points: Any = drawn.figure.axes[0].collections[0]
-    np.testing.assert_array_equal(points.get_offsets(), table[[RATIO, F_SW]])
-    colours = [tuple(colour) for colour in points.get_facecolor()]
-    assert len({*zip(table["shock.profile"], colours, strict=True)}) == len({*colours}) == 2
-    said = "shock.duration_ratio varies, too, and no colour tells the values apart"
-    assert drawn.remarks == [said]
 
 
 def test_peaks_of_all_contacts_are_lines_along_the_chain(grid: hc.Sweep) -> None:
@@ -139,13 +116,10 @@ def test_nothing_to_draw_is_refused() -> None:
 
 
 def test_the_section_may_be_left_out() -> None:
-    assert full_name("momentum_ratio") == full_name(RATIO) == RATIO
-    assert full_name("speed_m_s") == "speed_m_s"
-    assert full_name("LM_ratio") == RATIO
-    assert full_name("p") == "transition_granules"
-    assert full_name("F_SW") == "solitary_wave_force_N"
-    assert [full_name(name) for name in ("F0", "n", "N")] == [
-        *("shock.peak_force", "shock.duration_ratio", "chain.granules")
+    assert full_name("momentum_ratio") == full_name(RATIO) == full_name("LM_ratio") == RATIO
+    assert [full_name(name) for name in ("speed_m_s", "p", "F_SW", "F0", "n", "N")] == [
+        *("speed_m_s", "transition_granules", "solitary_wave_force_N"),
+        *("shock.peak_force", "shock.duration_ratio", "chain.granules"),
     ]
     both = ["chain.young_modulus", "wall.young_modulus"]
     assert full_name("young_modulus", both, ["wall.young_modulus"]) == both[1]
@@ -176,13 +150,6 @@ def test_a_value_that_is_not_there_is_refused(
         draw(both, N, F_SW, where=where)
 
 
-def test_a_value_need_not_have_all_its_digits(both: hc.Sweep) -> None:
-    value = sorted(set(both.to_frame()[RATIO]))[3]
-    drawn = draw(both, "overlap_ratio", F_SW, "shock.profile", {RATIO: f"{value:.4g}"})
-    assert f"LM_ratio = {value:.4g}" in drawn.figure.axes[0].get_title()
-    assert np.shape(drawn.figure.axes[0].collections[0].get_offsets()) == (6, 2)
-
-
 # Maps
 
 
@@ -203,6 +170,7 @@ def test_the_cells_of_a_map_are_what_the_table_has(grid: hc.Sweep) -> None:
 
 
 def test_a_map_of_a_sample_is_points(sampled: hc.Sweep) -> None:
+    assert legend(draw(sampled, RATIO, F_SW, "shock.profile").figure) == ["cosine", "triangular"]
     drawn = draw(sampled, RATIO, N, "overlap_ratio", {"shock.profile": "cosine"})
     axes, bar = drawn.figure.axes
     points: Any = axes.collections[0]

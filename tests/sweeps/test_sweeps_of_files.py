@@ -19,7 +19,7 @@ import tomli_w
 import hertzchain as hc
 from hertzchain.errors import SceneError
 from hertzchain.scene.starters import STARTERS, write_starter
-from hertzchain.sweeps.columns import COLUMNS, column_named, columns_of, names_of, numbers_of
+from hertzchain.sweeps.columns import names_of, numbers_of
 from hertzchain.sweeps.design import design
 from tests.command_line import Command
 from tests.conftest import STEEL
@@ -178,20 +178,6 @@ def test_a_striker_and_a_wall() -> None:
     assert (table["wall.young_modulus"].notna() == (table["wall.kind"] == "elastic")).all()
 
 
-def test_gaps_of_a_plain_scene() -> None:
-    """Without a gap there is a transition; with gaps there is no p."""
-    chain = hc.Chain(20, **STEEL)
-    sweep = swept(replace(PLAIN, chain=chain), {"gap": "0,1e-7"})
-    scenes = [hc.Scene(hc.Chain(20, **STEEL, gap=gap), PULSE) for gap in (0.0, 1e-7)]
-    are_rows_of(sweep, [({"chain.gap": scene.chain.gap}, scene) for scene in scenes])
-    result = hc.Native(rtol=1e-4, peaks_only=True).run(scenes[0])
-    table = sweep.to_frame()
-    p, none = table["transition_granules"].tolist()
-    assert p == result.transition_granules
-    assert pd.isna(none)
-    assert table["solitary_wave_force_N"][0] == result.solitary_wave.peak_force
-
-
 @pytest.mark.lammps
 @pytest.mark.usefixtures("one_core")
 def test_two_codes_agree(segmented: hc.Scene) -> None:
@@ -237,16 +223,6 @@ def test_runs_that_end_before_all_peaks_are_told(
     assert hc.sweep(PLAIN, {"end_time": [5e-5]}).count().cut_off == 0
 
 
-def test_columns_of_plain_scenes_and_labels_of_segments() -> None:
-    layout = design(PLAIN, {"chain.radius": [1.0, 2.0]})
-    assert tuple(column.name for column in layout.columns) == COLUMNS
-    columns = columns_of(PLAIN, ["chain.radius"])
-    assert tuple(column.name for column in columns) == COLUMNS
-    assert column_named("chain.segments.2.granules").label == "granules, segment 2"
-    density = column_named("chain.segments.1.cell.2.density")
-    assert density.label == "density [kg/m³], segment 1, granule 2 of the cell"
-
-
 def test_a_row_whose_granules_meet_nothing_has_the_reason() -> None:
     thrown = hc.Scene(hc.Chain(3, **STEEL, velocity=1.0), wall=hc.Wall("rigid"))
     table = hc.sweep(thrown, {"chain.velocity": [-1.0, 0.0, 1.0]}).to_frame()
@@ -262,14 +238,6 @@ def test_a_row_whose_granules_meet_nothing_has_the_reason() -> None:
 PISTON = hc.Scene(CHAIN, hc.Piston(0.1))
 TABLE = replace(PISTON, shock=hc.Piston(None, (0.0, 1e-5), (0.0, 1e-6)))
 SINE = hc.Scene(CHAIN, hc.Sine(5.0, 8000.0, 2), precompression=hc.Precompression(10.0))
-
-
-def test_a_table_of_a_piston_stays_as_it_is() -> None:
-    table = hc.sweep(TABLE, {"chain.density": "1000,2000"}).to_frame()
-    assert set(table["shock.profile"]) == {"piston"}
-    for density, force in zip((1000.0, 2000.0), table["last_peak_force_N"], strict=True):
-        scene = replace(TABLE, chain=replace(CHAIN, density=density))
-        assert force == pytest.approx(hc.Native().run(scene).peak_force[-1], rel=2e-6)
 
 
 def test_both_walls_have_columns_and_accuracy_is_asked_of_first_pulses(tmp_path: Path) -> None:

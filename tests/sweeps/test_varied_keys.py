@@ -147,11 +147,7 @@ def test_a_table_is_measured_row_by_row(tmp_path: Path, hertzchain: Command, suf
     ("text", "radii", "words"),
     [
         ("chain.radius [mm],velocity\n5,1,\n4,1,\n", [5e-3, 4e-3], ""),  # as spreadsheets write it
-        (
-            "chain.radius [mm]\n4\n\n6\n\n",
-            [4e-3, 4.75e-3, 6e-3],
-            "",
-        ),  # an empty cell is a blank line
+        ("chain.radius [mm]\n4\n\n6\n\n", [4e-3, 4.75e-3, 6e-3], ""),  # a blank line is empty
         ("\ufeffchain.radius [mm]\n4\n", [4e-3], ""),
         ("chain.radius [mm];velocity\n4,5;1\n6,25;\n", [4.5e-3, 6.25e-3], ""),
         ("chain.radius [mm];velocity\n4.5;1\n", [4.5e-3], ""),
@@ -159,11 +155,7 @@ def test_a_table_is_measured_row_by_row(tmp_path: Path, hertzchain: Command, suf
         ("velocity;chain.radius\n1;4,5 mm\n", [4.5e-3], ""),
         ("chain.radius [mm]\tvelocity\n4.5\t1\n", [4.5e-3], ""),
         ("chain.radius [mm],velocity\n5,1,3\n", [], "a row has more cells than the header"),
-        (
-            "chain.radius [mm]\nn/a\n",
-            [],
-            "= 'n/a': must be a number without a unit",
-        ),
+        ("chain.radius [mm]\nn/a\n", [], "= 'n/a': must be a number without a unit"),
     ],
 )
 def test_a_csv_table_is_read_cell_by_cell(
@@ -189,14 +181,6 @@ def test_an_empty_cell_has_what_the_scene_has() -> None:
     assert rows["shock.rise_time"].tolist() == pytest.approx([first.rise_time, second.rise_time])
     for scene, peak in zip((first, second), rows["largest_peak_force_N"], strict=True):
         assert peak == pytest.approx(hc.Native().run(scene).peak_force.max(), rel=2e-6)
-
-
-def test_scenes_of_a_grid_are_those_of_its_table() -> None:
-    vary: dict[str, Any] = {"chain.radius": "1 mm,2 mm", "velocity": [0.5, 1.0]}
-    table = pd.DataFrame(
-        {"chain.radius": ["1 mm", "1 mm", "2 mm", "2 mm"], "velocity": [0.5, 1.0] * 2}
-    )
-    assert hc.scenes(SCENE, vary) == hc.scenes(SCENE, table)
 
 
 SEVERAL = (

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
+import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
@@ -64,17 +65,6 @@ def test_the_closed_form_is_the_motion(ratio: float, pulls: bool) -> None:
     assert of_ratio(ratio, pulls) == pytest.approx(expected, abs=3e-8)
 
 
-def test_critical_damping_is_no_corner() -> None:
-    assert of_ratio(1.0, False) == math.exp(-2)
-    for ratio in (1 - 1e-9, 1 + 1e-9):
-        # The slope there is -4/3 exp(-2): 2e-10.
-        assert of_ratio(ratio, False) == pytest.approx(math.exp(-2), abs=3e-10)
-    assert of_ratio(1.0, True) == of_ratio(5.0, True) == 0.0
-    assert of_ratio(0.0, True) == of_ratio(0.0, False) == 1.0
-    # (2 z)^-2 for large z; the next term is of the order of ln z / z^2.
-    assert of_ratio(1e4, False) == pytest.approx(2.5e-9, rel=1e-6)
-
-
 @pytest.mark.parametrize(
     ("relaxation", "pulled", "parted"),
     [(0.01, 0.98287613, 0.98288329), (0.1, 0.84333941, 0.84514381)],
@@ -104,6 +94,10 @@ def test_extremes(exponent: float, pulls: bool) -> None:
     for strong in (1e9, 1e11, 1e300):
         assert 0 <= of_natural(strong, exponent, pulls) < 1e-10
     assert 0 <= of_ratio(1e300, pulls) < 1e-300
+    assert of_ratio(0.0, pulls) == 1.0
+    # Critical damping, and (2 z)^-2 for a large z; the next term is of the order of ln z / z^2.
+    assert of_ratio(1.0, pulls) == (0.0 if pulls else math.exp(-2))
+    assert of_ratio(1e4, pulls) == pytest.approx(0.0 if pulls else 2.5e-9, rel=1e-6)
 
 
 def test_a_dashpot_that_pulls_holds_the_spheres() -> None:
@@ -178,19 +172,19 @@ def test_two_spheres_part_as_the_law_says(name: str) -> None:
     # SciPy's steps across the ends of the contact are right to 1e-8.
     assert parted.restitution == pytest.approx(collide(damping, q, law.attraction), abs=3e-8)
     assert parted.speed == (None if q == 0.25 else speed)
-
-
-def test_one_half_is_not_one_half_and_a_piston_is_as_fast_as_a_striker() -> None:
-    law, _ = LAWS["restitution"]
-    parted = parting(hc.Scene(CHAIN, PULSE, contact=law))
-    assert parted.restitution == pytest.approx(0.5502832, abs=0.5e-7)  # as in other tests
+    assert parting(hc.Scene(CHAIN, hc.Piston(speed), contact=law)).speed == parted.speed
     assert parting(hc.Scene(CHAIN, PULSE)) is None
+
+
+def test_a_granule_in_a_wave_is_as_fast_as_in_a_run() -> None:
     law, _ = LAWS["dashpot"]
-    struck, pushed = (
-        parting(hc.Scene(CHAIN, shock, contact=law))
-        for shock in (hc.Striker(0.1), hc.Piston(velocity=0.1))
+    speed = parting(hc.Scene(CHAIN, PULSE, contact=law)).speed
+    result = hc.Native(rtol=1e-6).run(hc.Scene(CHAIN, PULSE), record=10_000)
+    # The velocity goes as F^(5/6); 10,000 samples miss the maximum by 1e-5 of it.
+    height = result.solitary_wave.far_field_force / PULSE.peak_force
+    assert np.max(result.history.velocity[:, 40]) == pytest.approx(
+        speed * height ** (5 / 6), rel=1e-4
     )
-    assert (pushed.speed, pushed.restitution) == (struck.speed, struck.restitution)
 
 
 def test_a_document_of_a_damped_run_has_it() -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
@@ -19,9 +18,6 @@ from hertzchain.verdict.run_checks import is_quickly_written, reference_checks, 
 from tests.conftest import STEEL, paper_scene
 
 SCENE = paper_scene("cosine-triangular", 2.0, 2.0, granules=16)
-TABLE = hc.Scene(
-    hc.Chain(8, **STEEL), hc.PulseTable((1e-5, 3e-5, 4e-5, 7e-5), (20.0, 100.0, 60.0, 0.0))
-)
 
 
 def failed(checks: Sequence[Check]) -> set[str]:
@@ -95,25 +91,6 @@ def test_both_backends_pass(both: hc.Comparison) -> None:
         "lammps: momentum [N s]",
         "lammps: energy [J]",
     }
-
-
-def test_native_alone_has_no_checks_of_lammps(native_only: hc.Comparison) -> None:
-    assert {check.name for check in native_only.checks} == CHECKS_OF_NATIVE
-    assert native_only.verdict == "pass"
-    assert native_only.lammps is None
-    assert not native_only.missing
-    assert all(row["lammps_N"] is None for row in native_only.rows)
-
-
-@pytest.mark.parametrize(
-    ("profile", "momentum_ratio", "n"), [("cosine", 0.002, 3.0), ("triangular", 0.4, 1.05)]
-)
-def test_momentum_and_energy_balance_whatever_the_pulse(
-    profile: str, momentum_ratio: float, n: float
-) -> None:
-    """Also where the whole pulse is shorter than a step of the reference method."""
-    scene = paper_scene(profile, momentum_ratio, n, granules=6)
-    assert failed(hc.compare(scene, ["native"]).checks) == set()
 
 
 # Results that were tampered with
@@ -218,17 +195,6 @@ def test_formulas_vs_the_theory_with_p_and_wave_force_of_the_run(
     # The paper's 7/10 over the exact coefficient.
     ratio = 0.7 / theory.solitary_wave.speed_coefficient()
     assert values.speed / values.exact_speed == pytest.approx(ratio, rel=1e-14, abs=0)
-
-
-def test_formulas_do_not_apply_to_a_pulse_table() -> None:
-    compared = hc.compare(TABLE, ["native"])
-    values = compared.formulas
-    assert "table" in values.applicable
-    assert np.isnan(values.eq6).all()
-    assert np.isnan(values.eq9).all()
-    assert values.transition_granules is values.speed is values.exact_speed is None
-    assert all(row["eq6_N"] is row["eq9_N"] is None for row in compared.rows)
-    json.dumps(compared.to_dict(), allow_nan=False)
 
 
 @pytest.mark.lammps

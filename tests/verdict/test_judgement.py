@@ -92,9 +92,8 @@ def test_an_impossible_tolerance_is_refused(demo: hc.Scene, tolerance: float) ->
         ({2: -78.0}, "^peak_force = -78.0: must be finite and at least 0 .N.: turn the sign"),
         (np.where(np.arange(59) == 7, -1e-9, 100.0), "must be finite and at least 0"),
         (np.where(np.arange(59) == 7, np.inf, np.nan), "must be finite and at least 0"),
-        ({1: 3.0}, "contact = 1: must be a whole .* from 2 to 60: .* begin with 1: add 1 to each"),
+        ({1: 3.0}, "contact = 1: must be a whole .* from 2 to 60: .* granules 1 and 2$"),
         ({61: 3.0}, "contact = 61: .* granules 1 and 2$"),
-        ({1: 3.0, 2.5: 3.0}, "contact = 1: .* granules 1 and 2$"),
         ({2.5: 3.0}, "contact = 2.5"),
         ({"two": 3.0}, "must map contacts to forces"),
     ],
@@ -117,7 +116,9 @@ def test_incident_peaks_are_judged_as_first_pulses() -> None:
     ruling = hc.judge(walled, given, tolerance=1e-6)
     assert (ruling.verdict, ruling.compared_with) == ("pass", "first pulses")
     assert ruling.to_dict()["compared_with"] == "first pulses"
-    assert np.count_nonzero(ruling.judged) == 8
+    assert ruling.summary.startswith(
+        "0 of 8 contacts differ by more than 1.0e-06 from the first pulses of the reference, the"
+    )
     # A tenth of them would fail against the largest forces, most of which are reflected.
     largest = hc.Native(rtol=1e-9).run(walled).peak_force
     assert np.all(np.abs(given[1:9] / largest[1:9] - 1) > 1e-3)

@@ -1,4 +1,7 @@
-"""The comparison can fail: mistakes are planted, and have to be caught and named."""
+"""The comparison can fail: mistakes are planted, and have to be caught and named.
+
+All of them are in ``python -m validation mistakes``; some are here.
+"""
 
 from __future__ import annotations
 
@@ -62,14 +65,7 @@ def seen(plant: Plant, name: str) -> Check:
 
 
 @pytest.mark.lammps
-@pytest.mark.parametrize(
-    "mistake",
-    [
-        pytest.param(mistake, marks=[] if k % 2 == 0 else pytest.mark.slow)
-        for k, mistake in enumerate(MISTAKES)
-    ],
-    ids=lambda mistake: mistake.what,
-)
+@pytest.mark.parametrize("mistake", MISTAKES[::2], ids=lambda mistake: mistake.what)
 def test_a_mistake_is_caught_and_named(mistake: Mistake) -> None:
     comparison = compared(mistake)
     assert comparison.verdict == "fail"
@@ -146,14 +142,7 @@ AT_THE_WALL = ("wall twice as stiff", "wall damped")
 
 
 @pytest.mark.lammps
-@pytest.mark.parametrize(
-    "mistake",
-    [
-        pytest.param(mistake, marks=[] if k % 3 == 0 else pytest.mark.slow)
-        for k, mistake in enumerate(MISTAKES_WITH_TERMS)
-    ],
-    ids=lambda mistake: mistake.what,
-)
+@pytest.mark.parametrize("mistake", MISTAKES_WITH_TERMS[::3], ids=lambda mistake: mistake.what)
 def test_a_mistake_in_a_term_is_caught_and_named_first(mistake: Mistake) -> None:
     comparison = compared(mistake)
     assert comparison.verdict == "fail"

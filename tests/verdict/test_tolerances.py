@@ -284,6 +284,25 @@ def test_balances(case: Balanced) -> None:
         ]
 
 
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({}, "steps end at the corners of the pulse, so its impulse is exact"),
+        ({"wall": hc.Wall("rigid")}, "as the force on the wall is integrated from its overlap"),
+        ({"near_wall": hc.Wall("rigid")}, "as the force on the near wall is integrated from its"),
+        ({"run": SCENES["within the pulse"].run}, "as the run ends within the pulse"),
+        (
+            {"shock": hc.Piston(0.5), "run": hc.Run(1e-4)},
+            "as the force of the piston is integrated",
+        ),
+    ],
+)
+def test_a_balance_says_why_it_is_not_exact(changes: dict[str, Any], words: str) -> None:
+    momentum, _ = balance_checks(hc.Native("reference").run(replace(FREE, **changes)))
+    assert words in momentum.reason
+    assert momentum.passed
+
+
 # A judgement
 
 

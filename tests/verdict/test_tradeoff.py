@@ -103,15 +103,6 @@ def fixed(outcomes: dict[float, Outcome]) -> Contender:
     return Contender("fixed", "compiled", run, steps=tuple(outcomes))
 
 
-def test_the_error_is_the_largest(scene: hc.Scene) -> None:
-    truth = np.full(5, 2.0)
-    off = truth.copy()
-    off[1], off[3] = 2.2, 1.9
-    (row,) = measured(fixed({0.2: Outcome(off, 7)}), scene, truth, 0.0)
-    assert row.error == pytest.approx(0.1, rel=1e-12)
-    assert row.force_evaluations == 7
-
-
 def test_a_setting_that_fails_has_no_row(scene: hc.Scene) -> None:
     def run(scene: hc.Scene, step: float) -> Outcome:
         if step > 0.3 * scene.units.time:

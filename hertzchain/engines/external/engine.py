@@ -56,14 +56,9 @@ class ExternalEngine(ABC):
     The subclass defines how one run with given steps is started and read.
     """
 
-    LABEL: ClassVar[str]
-    """Name of the code in messages."""
-
-    FASTEST: ClassVar[tuple[float, float]]
-    """Time of a step, and additional time for each granule, on a fast machine [s]."""
-
-    TERMS: ClassVar[tuple[str, ...]] = ()
-    """Terms that the code can simulate, by their names in ``Scene.terms``."""
+    LABEL: ClassVar[str]  # name of the code in messages
+    FASTEST: ClassVar[tuple[float, float]]  # time of a step, and more for each granule [s]
+    TERMS: ClassVar[tuple[str, ...]] = ()  # terms that the code has, by their names in Scene.terms
 
     dt: float | None  # largest step [s]; None for one with an estimated error of at most ``rtol``
     read_every: int | None  # steps between readings, in the coarsest run; None for 0.3 time units
@@ -224,7 +219,7 @@ class _Runner:
     def peaks_alone(self, dt: float) -> tuple[FloatArray, int]:
         """Peak forces [N], (contacts,), and the number of steps, of one run or both needed."""
         legs = self.scene.schedule(2 * dt if self.engine.extrapolated else dt)
-        strides = [self.stride(leg, recording=False) for leg in legs]
+        strides = self.strides(legs)
         coarse = self.simulate(legs, strides)
         if not self.engine.extrapolated:
             return coarse.peaks.force, coarse.steps
@@ -234,8 +229,7 @@ class _Runner:
 
     def history(self, legs: Sequence[Leg], times: FloatArray) -> History:
         """Record a history in a further run with closer readings; the peaks stay unchanged."""
-        strides = [self.stride(leg, recording=True) for leg in legs]
-        recorder = self.simulate(legs, strides, times).recorder
+        recorder = self.simulate(legs, self.strides(legs, recording=True), times).recorder
         assert recorder is not None
         return recorder.history(times, first=self.scene.first_granule)
 
@@ -262,7 +256,7 @@ class _Runner:
         # Most runs to get below the wanted error: the first step may be a little too long
         for _ in range(3):
             legs = self.scene.schedule(dt)
-            strides = [self.stride(leg, recording=False) for leg in legs]
+            strides = self.strides(legs)
             run = self.simulate(legs, strides)
             lost = run.round_off(self.scene)
             rest = accuracy.interpolation_error(self.scene, legs, strides)
@@ -291,7 +285,7 @@ class _Runner:
         legs = self.scene.schedule(
             self._coarsest_step() if self.engine.dt is None else 2**self._halvings * self.engine.dt
         )
-        strides = [self.stride(leg, recording=False) for leg in legs]
+        strides = self.strides(legs)
         runs: list[Simulation] = []
         # Most halvings of the steps until an extrapolation is as good as wanted
         for k in range(needed + 6):
@@ -363,10 +357,12 @@ class _Runner:
         """Make a run that only estimates the error of another, read as rarely as possible."""
         return self.simulate(legs, [self._longest_stride(leg) for leg in legs])
 
-    def stride(self, leg: Leg, recording: bool) -> int:
-        """Return the steps between two readings on a leg."""
-        if self.engine.read_every is not None:
-            return self.engine.read_every
+    def strides(self, legs: Sequence[Leg], recording: bool = False) -> list[int]:
+        """Return the steps between two readings on each leg."""
+        given = self.engine.read_every
+        return [self._stride(leg, recording) if given is None else given for leg in legs]
+
+    def _stride(self, leg: Leg, recording: bool) -> int:
         stride = self._longest_stride(leg)
         if recording:
             # Interval [natural time units]; at 0.3 opening contacts leave 5e-5 in velocities
@@ -451,17 +447,11 @@ class Found:
 class ProgramEngine(ExternalEngine):
     """A code that is a program: it reads one file, and writes its readings to others."""
 
-    FILE: ClassVar[str]
-    """Name of the deck in the folder in which the program runs."""
-
-    INSTALL: ClassVar[str]
-    """Command that installs the program."""
-
+    FILE: ClassVar[str]  # name of the deck in the folder in which the program runs
+    INSTALL: ClassVar[str]  # command that installs the program
+    ENVIRONMENT: ClassVar[dict[str, str]] = {}  # environment variables of the program
+    # Module whose ``watched`` writes decks that print samples, and ``deck`` one with peaks.
     WRITER: ClassVar[ModuleType]
-    """Module whose ``watched`` writes decks that print readings, and ``deck`` one with peaks."""
-
-    ENVIRONMENT: ClassVar[dict[str, str]] = {}
-    """Environment variables of the program."""
 
     dt: float | None = None
     read_every: int | None = None

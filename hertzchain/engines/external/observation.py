@@ -29,10 +29,8 @@ _HEADER = 9  # lines before the granules of a frame: step, count, box, names of 
 
 def read_frames(path: Path, columns: tuple[str, ...]) -> tuple[FloatArray, FloatArray]:
     """Read a whole dump: steps, (frames,), and values, (frames, columns, granules)."""
-    blocks = list(read_blocks(path, columns))
-    return np.concatenate([steps for steps, _ in blocks]), np.concatenate(
-        [values for _, values in blocks]
-    )
+    steps, values = zip(*read_blocks(path, columns), strict=True)
+    return np.concatenate(steps), np.concatenate(values)
 
 
 def read_blocks(
@@ -95,31 +93,23 @@ class Granules:
 
 @dataclass(frozen=True, eq=False)
 class Held:
-    """Loads on the granules besides contacts and shock.
+    """Loads on the granules besides contacts and shock."""
 
-    Parameters
-    ----------
-    acceleration
-        Acceleration of all granules by gravity [m/s^2].
-    second_force
-        Force on granule 2 behind a free striker, along the chain [N].
-    last_force
-        Force on the last granule, against the chain [N].
-    wall
-        Position of the wall [m]; None for a free end.
-    pushed
-        Granule on which the applied force acts, counted from 0.
-    """
+    acceleration: float = 0.0  # of all granules by gravity [m/s^2]
+    second_force: float = 0.0  # on granule 2 behind a free striker, along the chain [N]
+    last_force: float = 0.0  # on the last granule, against the chain [N]
+    wall: float | None = None  # position of the wall [m]; None for a free end
+    pushed: int = 0  # granule on which the applied force acts, counted from 0
 
-    acceleration: float = 0.0
-    second_force: float = 0.0
-    last_force: float = 0.0
-    wall: float | None = None
-    pushed: int = 0
-
-
-FREE = Held()
-"""No loads."""
+    @classmethod
+    def of(cls, scene: Scene) -> Held:
+        """Return loads and wall of a scene."""
+        place = None if scene.wall is None else wall_position(scene)
+        pressed = scene.precompression
+        if pressed is None:
+            return cls(wall=place, pushed=scene.pushed)
+        second = pressed.force if scene.shock.loaded_granule else 0.0
+        return cls(pressed.gravity, second, scene.held_load, place, scene.pushed)
 
 
 def contact_forces(net_force: FloatArray) -> FloatArray:
@@ -131,8 +121,8 @@ def contact_forces(net_force: FloatArray) -> FloatArray:
 
 
 def samples(
-    time: FloatArray, arrays: FloatArray, at_rest: Granules, leg: Leg, held: Held = FREE,
-    wall_force: FloatArray | None = None, law: DampedLaw | None = None,
+    time: FloatArray, arrays: FloatArray, at_rest: Granules, leg: Leg, held: Held,
+    wall_force: FloatArray | None, law: DampedLaw | None,
 ) -> Samples:  # fmt: skip
     """Convert successive readings on a leg to samples with the derivatives of the positions.
 
@@ -148,8 +138,8 @@ def samples(
     reach = (at_rest.diameter[:-1] + at_rest.diameter[1:]) / 2
     overlap = reach - np.diff(position, axis=-1)
     if held.wall is not None:
-        last = position[:, -1:] + at_rest.diameter[-1] / 2 - held.wall
-        overlap = np.concatenate([overlap, last], axis=1)
+        last = position[:, -1] + at_rest.diameter[-1] / 2 - held.wall
+        overlap = np.column_stack([overlap, last])
     # Granules that only touch may overlap by rounding of their positions; this is not a contact.
     pressed = overlap > np.finfo(np.float64).eps * np.max(np.abs(at_rest.position))
     net = force - held.acceleration * at_rest.moving_mass
@@ -157,10 +147,11 @@ def samples(
     if held.pushed > 0 and leg.ramp is not None:
         net[:, held.pushed] -= leg.ramp.force(time)
     net[:, -1] += held.last_force
-    net[:, -1] += 0.0 if wall_force is None else wall_force
-    contact_force = contact_forces(net)
-    if wall_force is not None:
-        contact_force = np.concatenate([contact_force, wall_force[:, np.newaxis]], axis=1)
+    if wall_force is None:
+        contact_force = contact_forces(net)
+    else:
+        net[:, -1] += wall_force
+        contact_force = np.column_stack([contact_forces(net), wall_force])
     contact_force = np.where(pressed, contact_force, 0.0)
     states = Samples(
         time=time, displacement=position - at_rest.position, velocity=velocity,
@@ -278,7 +269,7 @@ class Observation:
             self._scene.units.force,
         )  # fmt: skip
         scene = self._scaling.scene(self._scene)
-        self._held = _held(scene)
+        self._held = Held.of(scene)
         self._law_given = None if scene.contact is None else DampedLaw.of(scene)
 
     def update(
@@ -391,17 +382,6 @@ def _fastest(scene: Scene) -> float:
         momentum = pushed + abs(float(scene.granules.moved[0]))
         energy = momentum**2 / (2 * scene.pushed_mass) + static
     return 10.0 * math.sqrt(2 * (energy + flying) / lightest)
-
-
-def _held(scene: Scene) -> Held:
-    """Return loads and wall of the scene that a code computes; ``Held()`` without terms."""
-    pressed, wall = scene.precompression, scene.wall
-    place = None if wall is None else wall_position(scene)
-    pushed = scene.pushed
-    if pressed is None:
-        return Held(wall=place, pushed=pushed)
-    second = pressed.force if scene.shock.loaded_granule else 0.0
-    return Held(pressed.gravity, second, scene.held_load, place, pushed)
 
 
 @dataclass(frozen=True, eq=False)

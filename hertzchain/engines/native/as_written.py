@@ -19,7 +19,7 @@ from hertzchain.engines.native.plan import Walker
 from hertzchain.engines.native.simulation import Run, Simulation, start_of
 from hertzchain.errors import RunFailed
 from hertzchain.limits import Deadline, refuse_memory
-from hertzchain.observables.error_bound import SAFETIES, Peaks, diverged
+from hertzchain.observables.error_bound import SAFETIES, diverged
 from hertzchain.observables.first_pulse import Signals
 from hertzchain.observables.samples import DampedLaw, Recorder, Samples
 from hertzchain.observables.watch import Watch
@@ -269,10 +269,6 @@ class RungeKutta:
         blocks = runge_kutta(chain, natural, start)
         run = simulation_of(scene, chain, start, blocks, self.deadline, recorder, self.first)
         return replace(run, evaluations=run.steps * walker.stepper.stages)
-
-    def peaks(self, legs: Sequence[Leg], walker: Walker) -> Peaks:
-        """Return the peaks of a run, natural units."""
-        return self.simulate(legs, walker).peaks
 
 
 def runge_kutta(

@@ -18,7 +18,7 @@ from hertzchain.arrays import FloatArray
 from hertzchain.engines.native import damped_runs
 from hertzchain.engines.native import plan as plans
 from hertzchain.engines.native.duration import with_end
-from hertzchain.engines.native.plan import METHODS, Method
+from hertzchain.engines.native.plan import METHODS, Method, Walker
 from hertzchain.engines.native.simulation import Prepared, Run, Simulation, work_of
 from hertzchain.errors import POSITIVE, StepUnstable, is_positive, require
 from hertzchain.limits import RTOL, TIGHTEST, TIME_LIMIT, Deadline, check_time_limit
@@ -81,8 +81,7 @@ class Native:
         ``reference``, ``srkn-11b``, ``velocity-verlet`` or ``rk4``; by default the
         cheapest that gives peaks of accuracy ``rtol``. ``scipy`` integrates Eq. 1 as
         ``equations.py`` writes it by ``scipy.integrate.solve_ivp``, a hundred times more slowly;
-        ``rk4``, the paper's method, is plain NumPy, too. A loose ``rtol`` takes ``srkn-6b``, which
-        has no name here.
+        ``rk4``, the paper's method, is plain NumPy, too.
     dt
         The largest step [s]; the default depends on the method: peaks right to about 1e-12
         (reference), 1e-8 (rk4), 1e-6 (velocity-verlet).
@@ -402,8 +401,15 @@ def _errors_of_plan(
         others.append(
             tuple(leg.in_steps(leg.steps + (leg.steps == other.steps)) for leg, other in pairs)
         )
-    differences = [run.peaks.differences(prepared.peaks(other, plan.coarser)) for other in others]
+    differences = [_difference(run, prepared, other, plan.coarser) for other in others]
     return plan.safety.bounds(differences, rest=plan.least(run.evaluations))
+
+
+def _difference(
+    run: Simulation, prepared: Prepared | RungeKutta, legs: Sequence[Leg], walker: Walker
+) -> ContactErrors:
+    """Return the differences from a run on other legs; it drops granules where it may."""
+    return run.peaks.differences(prepared.simulate(legs, walker, leave_behind=True).peaks)
 
 
 def _errors_of_steps(
@@ -419,7 +425,7 @@ def _errors_of_steps(
         others.append(error_bound.finer_run(legs))
     # If cut again, different legs could get the same steps.
     cut = replace(walker, cosine_steps=1)
-    differences = [run.peaks.differences(prepared.peaks(other.legs, cut)) for other in others]
+    differences = [_difference(run, prepared, other.legs, cut) for other in others]
     safety = error_bound.SAFETIES[method.safety]
     if walker.stepper.order == 2:
         safety = error_bound.second_order_safety(scene, longest, rising)

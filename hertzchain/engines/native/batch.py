@@ -14,7 +14,7 @@ from concurrent.futures import ThreadPoolExecutor
 from contextvars import copy_context
 from dataclasses import dataclass, field, replace
 from numbers import Integral
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -60,6 +60,8 @@ from hertzchain.shown import Shown
 
 if TYPE_CHECKING:
     import pandas
+
+    from hertzchain.engines.native.elastic import Each
 
 
 _ANY = {"radius": 1.0, "young_modulus": 1e9, "poisson_ratio": 0.0, "density": 1000.0}
@@ -372,41 +374,24 @@ def _pulse_rows(
     return rows
 
 
-class _Runs(NamedTuple):
-    """Runs of pulses: of contacts, shape (scenes, contacts); of runs, NaN if diverged, (scenes,).
-
-    All are in natural units.
-    """
-
-    force: FloatArray
-    time: FloatArray
-    end: FloatArray
-    evaluations: FloatArray
-
-
 def _march_all(
     rows: FloatArray, walker: Walker, granules: int, deadline: Deadline, cores: int
-) -> _Runs:
-    """Run scenes of one pulse each; ``rows`` has the legs for the kernels, (scenes, legs, 8).
-
-    Raises TooExpensive after the deadline.
-    """
+) -> Each:
+    """Run scenes of one pulse each; ``rows`` has the legs for the kernels, (scenes, legs, 8)."""
     from hertzchain.engines.native import elastic, elastic_chain
 
     shape = len(rows), granules - 1
-    runs = _Runs(np.zeros(shape), np.full(shape, np.nan), *np.zeros((2, len(rows))))
-    steps = steps_of(rows[0], walker)
-    at_rest, nothing = elastic_chain.Start(np.zeros((0, 0)), MOVING), room_for()
+    runs = elastic.Each(
+        np.zeros(shape), np.full(shape, np.nan), room_for(), *np.zeros((2, len(rows)))
+    )
+    steps, at_rest = steps_of(rows[0], walker), elastic_chain.Start(np.zeros((0, 0)), MOVING)
 
     def part(some: slice, control: FloatArray) -> None:
         state, blank = (elastic_chain.at_the_start(granules) for _ in range(2))
-        elastic.march_each(
-            rows[some], steps, at_rest, state, blank,
-            elastic.Each(
-                runs.force[some], runs.time[some], nothing, runs.end[some], runs.evaluations[some]
-            ),
-            control,
-        )  # fmt: skip
+        of_part = elastic.Each(
+            runs.force[some], runs.time[some], runs.record, runs.end[some], runs.evaluations[some]
+        )
+        elastic.march_each(rows[some], steps, at_rest, state, blank, of_part, control)
 
     _in_parts(part, len(rows), deadline, cores)
     return runs

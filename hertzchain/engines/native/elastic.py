@@ -261,17 +261,6 @@ _LOOSENED = 1.2
 """Largest force of a wave at an end whose last granules drift apart, over its height; 1.173
 measured, with up to six such granules and gaps of 0.001 to 20 overlaps."""
 
-_WAVE_ENERGY, _WAVE_RATIO = 1.0465162, 0.3834342
-"""Energy over F^(5/3), and over the square of the momentum, of a solitary wave; measured in a chain
-and derived from its shape."""
-
-_LIKE_A_WAVE = 1e-3
-"""Difference of a wave's ratio of energy to momentum squared from that; 1e-5 measured."""
-
-_LEAST_PRESSED = 0.7
-"""Hardest pressed contact of a solitary wave at any instant, over its height; 0.77 measured, where
-two contacts are pressed alike."""
-
 
 @part
 def _strength(force: float, velocity: float) -> float:
@@ -290,23 +279,6 @@ def _fastest(v: Array, i: int) -> float:
 
 
 @part
-def _height(momentum: float, energy: float, hardest: float) -> float:
-    """Height of the solitary wave with this momentum and energy; 0 if they are not those of one.
-
-    All three numbers have to fit: for the same momentum one wave has another energy than two waves,
-    or than flying granules.
-    """
-    if momentum <= 0 or energy <= 0:
-        return 0.0
-    if abs(energy / (_WAVE_RATIO * momentum**2) - 1) > _LIKE_A_WAVE:
-        return 0.0
-    height = (energy / _WAVE_ENERGY) ** 0.6
-    if not _LEAST_PRESSED * height <= hardest <= (1 + _LIKE_A_WAVE) * height:
-        return 0.0
-    return float(height)
-
-
-@part
 def left_behind(u: Array, v: Array, peak_force: Array, lo: int, hi: int) -> int:
     """Return where the window can begin, once the pulse is over.
 
@@ -320,18 +292,13 @@ def left_behind(u: Array, v: Array, peak_force: Array, lo: int, hi: int) -> int:
       is reduced by the factor (k t^2)^d / (2d)!. Meanwhile the waves ahead move on at about one
       granule in a unit of time, so that the stretch only grows: with d = 8 + t that factor is below
       1e-24 for all t. Only waves can pass.
-    - What lies behind, up to the quiet stretch before, is either weak, or one solitary wave. It is
-      weak if it cannot reach the peak of any contact from there back, nor the force of the leading
-      wave (``_strength``, with a margin). After a single pulse, which leaves its strongest waves
-      ahead, no contact is pressed harder later than the hardest now, or than the fastest granule
-      can press by running into one at rest. (After several pulses it can be: a broad packet can
-      break up into stronger waves.)
-    - One solitary wave, recognised by momentum, energy and its hardest contact (``_height``), does
-      not change. It only meets contacts that lie ahead of it, which waves as strong as the leading
-      one have passed: their peaks are compared with it, not those behind. While granules ahead are
-      at rest it presses no contact harder than its height. At the free end it can: the leading wave
-      throws off the last granules, and a later wave throws granules against these slower ones, with
-      forces of up to 1.17 times its height. Even these forces have to be below all peaks ahead.
+    - What lies behind is weak: it cannot reach the peak of any contact from there back, nor the
+      force of the leading wave (``_strength``, with margins). After a single pulse, which leaves
+      its strongest waves ahead, no contact is pressed harder later than the hardest now, or than
+      the fastest granule can press by running into one at rest. (After several pulses it can be: a
+      broad packet can break up into stronger waves.) At the free end the leading wave throws off
+      the last granules, and a later wave throws granules against these slower ones, with forces of
+      up to 1.17 times its height (``_LOOSENED``).
     """
     crest = hi - 1
     while crest > lo and max(u[crest - 1] - u[crest], 0) >= u[crest] - u[crest + 1]:
@@ -341,38 +308,16 @@ def left_behind(u: Array, v: Array, peak_force: Array, lo: int, hi: int) -> int:
     # The contact behind the hardest pressed one has just had its peak.
     leading = peak_force[crest - 1]
     quiet_overlap, quiet_velocity = _QUIET * leading ** (2 / 3), _QUIET * leading ** (5 / 6)
-    weakest_peak, weakest_ahead, strongest = leading, -1.0, 0.0
-    begin, momentum, energy, hardest, fastest = lo, 0.0, 0.0, 0.0, 0.0
-    quiet, cut = 0, lo
+    weakest_peak, hardest, fastest, quiet, cut = leading, 0.0, 0.0, 0, lo
     for i in range(lo, crest):
         r, speed = float(u[i] - u[i + 1]), float(v[i])
         weakest_peak = min(weakest_peak, peak_force[i])
-        if r <= quiet_overlap and abs(speed) <= quiet_velocity:
-            quiet += 1
-        else:
-            if quiet >= _QUIET_GRANULES:
-                begin = i - _QUIET_GRANULES
-                momentum, energy, hardest, fastest = 0.0, 0.0, 0.0, 0.0
-            quiet = 0
-        force = hertz_force(r)
-        hardest, fastest = max(hardest, force), max(fastest, _fastest(v, i))
-        momentum += speed
-        energy += 0.5 * speed**2 + 0.4 * force * r
-        if quiet == _QUIET_GRANULES:
-            height = _height(momentum, energy, hardest)
-            strength = max(_strength(hardest, fastest), height)
-            if _LOOSENED * max(strongest, strength) < _SLOWER * weakest_peak:
-                strongest = max(strongest, strength)
-            else:
-                if height == 0 or _LOOSENED * strongest >= _SLOWER * weakest_peak:
-                    break
-                if weakest_ahead < 0:
-                    weakest_ahead = leading
-                    for k in range(begin, crest):
-                        weakest_ahead = min(weakest_ahead, peak_force[k])
-                if _LOOSENED * height >= _SLOWER * weakest_ahead:
-                    break
+        hardest, fastest = max(hardest, hertz_force(r)), max(fastest, _fastest(v, i))
+        is_quiet = r <= quiet_overlap and abs(speed) <= quiet_velocity
+        quiet = quiet + 1 if is_quiet else 0
         if quiet >= _QUIET_GRANULES:
+            if _LOOSENED * _strength(hardest, fastest) >= _SLOWER * weakest_peak:
+                break
             cut = i + 1 - _QUIET_GRANULES
     return cut
 

@@ -95,13 +95,6 @@ def _symmetric(free: tuple[float, ...], length: int) -> tuple[float, ...]:
 VELOCITY_VERLET = SymplecticNystrom(2, kicks=(0.5, 0.5), drifts=(1.0,))
 """Velocity Verlet, the scheme of LAMMPS."""
 
-SRKN_6B = SymplecticNystrom(
-    4,
-    kicks=_symmetric((0.0829844064174052, 0.396309801498368, -0.0390563049223486), 7),
-    drifts=_symmetric((0.245298957184271, 0.604872665711080), 6),
-)
-"""Blanes and Moan, J. Comput. Appl. Math. 142 (2002) 313: SRKN_6^b, 6 stages, order 4."""
-
 SRKN_11B = SymplecticNystrom(
     6,
     kicks=_symmetric(
@@ -153,11 +146,11 @@ LOOSEST = 0.01
 _LONGEST_STEP = 0.8
 """Longest step [natural time units]; at 1.0 the methods begin to fail."""
 
-_LONGEST_CHECKED_STEP = {"srkn-6b": 0.62, "srkn-11b": 0.52}
+_LONGEST_CHECKED_STEP = 0.52
 """Longest step if a second run, with steps 1.5 times as long, estimates the error."""
 
 _STEP_RATIO = 0.92
-"""Ratio of SRKN_11^b's steps with a second run to those without: one scene in fifty needs a further
+"""Ratio of steps with a second run to those without: one scene in fifty needs a further
 plan; at ratio 1, one in four.
 """
 
@@ -176,14 +169,6 @@ where shorter steps help, they usually halve the error.
 
 _CHEAP_WORK = 1e8
 """Granules times force evaluations (a few tenths of a second) below which all plans are tried."""
-
-_RTOL_OF_6B, _CHECKED_RTOL_OF_6B = 1e-3, 3e-5
-"""Accuracies from which on SRKN_6^b is cheaper than SRKN_11^b, without and with a second run."""
-
-_SAFETY_OF_6B = 1.3
-"""Safety factor: without it one of ten thousand runs with a second run had an error of 0.68 of the
-wanted accuracy.
-"""
 
 _LEAST_RTOL_RATIO, _LEAST_RTOL_RATIO_WITH_TERMS = 1e-3, 1e-5
 """Least ratio of a further plan's accuracy to that of the plan before. Beyond a uniform chain
@@ -296,30 +281,24 @@ def cheapest(rtol: float, checked: bool = True, hard: bool = False) -> Plan:
     contact that hardly overlaps, for scenes that amplify errors and runs that end while the wave
     still presses contacts: at the front the force grows tenfold within a granule's distance, and
     the place of the front depends on all steps before. Errors of the worst of the random scenes:
-    2.4e-4 (h / 0.6)^4.3 for SRKN_6^b, 3e-9 (h / 0.2)^6.5 for SRKN_11^b, and 2e-4 times the
-    refinement tolerance.
+    3e-9 (h / 0.2)^6.5, and 2e-4 times the refinement tolerance.
     """
     tight = max(0.0, -math.log10(rtol) - 6)
     aim = rtol / 2.4  # the rest of the error has no estimate
     if hard:
         aim = min(aim / _HARD_RTOL_RATIO, _HARD_RTOL)
     cosine_steps = 8 if rtol > 1e-8 else 16
-    if not hard and rtol >= (_CHECKED_RTOL_OF_6B if checked else _RTOL_OF_6B):
-        aim = aim / _SAFETY_OF_6B if checked else aim
-        name, stepper, step = "srkn-6b", SRKN_6B, 0.6 * (aim / 2.4e-4) ** (1 / 4.3)
-    else:
-        name, stepper, step = "srkn-11b", SRKN_11B, 0.2 * (aim / 3e-9) ** (1 / 6.5)
+    step = min(0.2 * (aim / 3e-9) ** (1 / 6.5), _LONGEST_STEP)
     if not checked and rtol >= _UNREFINED_RTOL:
-        plain = Walker(stepper, 0.0, cosine_steps, 0.0)
+        plain = Walker(SRKN_11B, 0.0, cosine_steps, 0.0)
         error = _UNCHECKED_ERROR_RATIO * rtol
-        return Plan(name, plain, _LONGEST_STEP, error, SAFETIES["plan"])
+        return Plan("srkn-11b", plain, _LONGEST_STEP, error, SAFETIES["plan"])
     starting = math.inf if hard else 4 + 2 * tight
-    walker = Walker(stepper, 5e3 * aim, cosine_steps, starting)
+    walker = Walker(SRKN_11B, 5e3 * aim, cosine_steps, starting)
     if checked:
-        step = min(step * (1.0 if name == "srkn-6b" else _STEP_RATIO), _LONGEST_CHECKED_STEP[name])
-    step = min(step, _LONGEST_STEP)
+        step = min(_STEP_RATIO * step, _LONGEST_CHECKED_STEP)
     error = (_CHECKED_ERROR_RATIO if checked else _UNCHECKED_ERROR_RATIO) * rtol
-    return Plan(name, walker, step, error, SAFETIES["plan, hard" if hard else "plan"])
+    return Plan("srkn-11b", walker, step, error, SAFETIES["plan, hard" if hard else "plan"])
 
 
 def first_plan(rtol: float, hard: bool, first: bool) -> Plan:

@@ -138,11 +138,6 @@ _PEAKS_ALONE = "; peaks alone take less: Native(peaks_only=True), or hertzchain 
 _FASTEST = 0.5e-9
 """Time of a granule and force evaluation on a fast machine [s]; measured 1.1e-9 to 2e-9."""
 
-_FASTEST_FRONT = 1.1
-"""Upper bound of the speed of a front [granules per natural time unit] (chosen): that of a wave of
-height 3; heights up to 2.2 were measured.
-"""
-
 
 @dataclass(frozen=True, eq=False)
 class Simulation:
@@ -182,18 +177,16 @@ class Run:
 
 def simulate(
     scene: Scene, legs: Sequence[Leg], walker: Walker, recorder: Recorder | None = None,
-    leave_behind: bool = False, window: bool = True, deadline: Deadline | None = None,
-    start: FloatArray | None = None,
+    leave_behind: bool = False, deadline: Deadline | None = None, start: FloatArray | None = None,
 ) -> Simulation:  # fmt: skip
     """Integrate a scene once, on given legs [s, N], with the compiled kernels.
 
     With ``leave_behind`` granules that cannot change any peak are dropped, in scenes where this is
-    certain; with ``window`` granules that the wave has not reached are not computed. The default
-    deadline is an hour from now. ``start`` has displacement and
-    velocity in natural units, shape (2, granules); by default the chain is at rest. Raises
-    StepUnstable if the motion diverges, TooExpensive if the run would take, or has taken, too long.
+    certain. The default deadline is an hour from now. ``start`` has displacement and velocity in
+    natural units, shape (2, granules); by default the chain is at rest. Raises StepUnstable if the
+    motion diverges, TooExpensive if the run would take, or has taken, too long.
     """
-    prepared = Prepared.of(scene, deadline or Deadline(TIME_LIMIT), start, window)
+    prepared = Prepared.of(scene, deadline or Deadline(TIME_LIMIT), start)
     return prepared.simulate(walker.cut(legs), walker, recorder, leave_behind)
 
 
@@ -212,15 +205,14 @@ class Prepared:
 
     @classmethod
     def of(
-        cls, scene: Scene, deadline: Deadline, start: FloatArray | None = None,
-        window: bool = True, first: bool = False,
-    ) -> Prepared:  # fmt: skip
+        cls, scene: Scene, deadline: Deadline, start: FloatArray | None = None, first: bool = False
+    ) -> Prepared:
         """Prepare a scene; ``first``: first pulses are wanted. For the others see ``simulate``."""
         assert scene.contact is None  # damped contacts: see damped_runs
         initial = start_of(scene)
         chain = Chain.of(scene).padded() if first or not scene.is_plain else None
         # The front of a wave moves granules smoothly, but not across a gap or under a static load.
-        has_front = window and start is None and (chain is None or not chain.gap.any())
+        has_front = start is None and (chain is None or not chain.gap.any())
         has_front = has_front and not scene.moves and scene.pushed == 0
         return cls(
             scene, deadline, start is None, chain,
@@ -246,7 +238,7 @@ class Prepared:
         granules, contacts = self.scene.bodies, len(self.scene.contacts)
         stages, rows = walker.stepper.stages, leg_rows(legs, self.scene.units)
         work = work_of(self.scene, legs, stages) / (1.0 if math.isnan(usual) else LATEST)
-        self._refuse(rows, work, stages, leave_behind, recorder)
+        self._refuse(rows, stages, leave_behind, recorder)
         record, steps = room_for(recorder), steps_of(rows, walker, self.softest)
         control = np.zeros(3)
 
@@ -267,25 +259,20 @@ class Prepared:
 
         return finished(run, control, self.deadline, work >= LONG_RUN)
 
-    def peaks(self, legs: Sequence[Leg], walker: Walker) -> Peaks:
-        """Return the peaks of a run alone, natural units: for an error.
-
-        Granules that cannot change any peak are dropped where that is certain. Raises as
-        ``simulate``.
-        """
-        return self.simulate(legs, walker, leave_behind=True).peaks
-
     def _refuse(
-        self, rows: FloatArray, work: float, stages: int, leave_behind: bool,
-        recorder: Recorder | None,
-    ) -> None:  # fmt: skip
+        self, rows: FloatArray, stages: int, leave_behind: bool, recorder: Recorder | None
+    ) -> None:
         """Raise TooExpensive for a run that is certain to take too long, or too much memory."""
-        scene, deadline = self.scene, self.deadline
-        if _FASTEST * work > deadline.limit:
-            least = [_least_time(scene, rows, stages, left) for left in (False, True)]
-            can_leave = not leave_behind and recorder is None and self.own_start
-            is_cheaper = can_leave and is_single_pulse(scene) and least[True] < deadline.limit
-            deadline.refuse(least[leave_behind], _PEAKS_ALONE if is_cheaper else "")
+        scene, deadline, single = self.scene, self.deadline, is_single_pulse(self.scene)
+        alone = least = _FASTEST * stages * float(np.sum(rows[:, 2]))  # one granule moves
+        if single and not leave_behind:
+            # The front has at least half the speed of a wave as strong as the shock (measured).
+            reached = 0.4 * math.pow(force_scale(scene.momentum_ratio), 1 / 6) * rows[-1, 1]
+            least *= max(1.0, min(scene.bodies, reached) / 2)
+        if least > deadline.limit:
+            is_cheaper = single and not leave_behind and recorder is None and self.own_start
+            is_cheaper = is_cheaper and alone < deadline.limit
+            deadline.refuse(least, _PEAKS_ALONE if is_cheaper else "")
         if deadline.left <= 0:
             raise deadline.passed()
         arrays = 8 + (0 if recorder is None else 3 * recorder.time.size)
@@ -296,32 +283,6 @@ def work_of(scene: Scene, legs: Sequence[Leg], stages: int) -> float:
     """Force evaluations of a granule in a run without refinement, at most."""
     steps = float(sum(leg.steps for leg in legs))
     return steps * (stages * scene.bodies + _STEP_IN_EVALUATIONS)
-
-
-def _least_time(scene: Scene, rows: FloatArray, stages: int, leave_behind: bool) -> float:
-    """Lower bound of the time of a run [s]: granules that must move, times steps and stages.
-
-    While the force acts no granule is dropped, and the front moves along the chain with at least
-    half the speed of a wave as strong as the shock (measured). Under a pulse table, which may push
-    late and weakly, only the first granule is certain to move. Free
-    flight of all granules is skipped at no cost if there are no constant forces.
-    """
-    granules = scene.bodies
-    single = is_single_pulse(scene)
-    speed = 0.4 * math.pow(force_scale(scene.momentum_ratio), 1 / 6)
-    may_fly = not single and not scene.granules.constant_force.any()
-    evaluations = 0.0
-    for row in rows:
-        start, end, steps, shape = row[:4]
-        moving = min(float(granules), speed * (start + end) / 2) if single else 1.0
-        if shape == 0 and may_fly:
-            moving = 0.0
-        elif shape == 0 and leave_behind:
-            # The run continues only until the front has reached the end.
-            steps *= max(0.0, min(1.0, (granules / _FASTEST_FRONT - start) / (end - start)))
-            moving = 1.0
-        evaluations += steps * stages * moving
-    return _FASTEST * evaluations
 
 
 def finished(

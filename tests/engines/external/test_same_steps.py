@@ -85,7 +85,7 @@ def refuse_other_motion(engine: Any, scene: hc.Scene) -> None:
     legs, other = scene.schedule(dt), engine(dt=dt, read_every=2 if scene.contact is None else None)
     runner = other.runner(scene, Deadline(60.0))
     # One run, without those that tell its error.
-    run = runner.simulate(legs, [runner.stride(leg, recording=False) for leg in legs])
+    run = runner.simulate(legs, runner.strides(legs))
     native = hc.Native("velocity-verlet", dt).run(scene)
     # Absolute coordinates: a softer chain is run where they would cost more than 1e-9.
     allowed = 1e-9 + run.round_off(scene)

@@ -31,7 +31,7 @@ from tests.conftest import STEEL, paper_scene
 from tests.engines.lammps.reading.chains import BESIDE_PYTHON, OTHERS
 from tests.engines.lammps.test_lammps import largest
 from tests.places import ROOT
-from tests.processes import ended, has_lammps, linux, names, posix, runs, start, wait_for
+from tests.processes import below, ended, has_lammps, linux, names, posix, runs, start, wait_for
 
 SHORT = paper_scene("cosine", 1.0, 2.0, granules=5)
 
@@ -314,32 +314,6 @@ def test_ranks_of_which_each_is_alone_are_refused(tmp_path: Path) -> None:
         hc.Lammps(1e-7, lmp=lmp).run(SHORT)
 
 
-def of_lammps(mark: Path) -> list[int]:
-    """The processes that run in a folder somewhere below another, and those that read it."""
-    pids = []
-    for folder in Path("/proc").glob("[0-9]*"):
-        try:
-            if (folder / "cwd").readlink().is_relative_to(mark) and runs(int(folder.name)):
-                pids.append(int(folder.name))
-        except OSError:  # it has just ended, or is another's
-            continue
-    return pids
-
-
-def running_lmp(mark: Path, ranks: int) -> list[int]:
-    """LAMMPS itself, once all its ranks run."""
-    pids = [pid for pid in of_lammps(mark) if b"in.chain" in command_of(pid)]
-    pids = [pid for pid in pids if has_lammps(pid)]
-    return pids if len(pids) >= ranks else []
-
-
-def command_of(pid: int) -> bytes:
-    try:
-        return Path(f"/proc/{pid}/cmdline").read_bytes()
-    except OSError:
-        return b""
-
-
 def shared_memory(pid: int) -> set[str]:
     """What MPICH shares there with other ranks, by the names it had."""
     maps = Path(f"/proc/{pid}/maps").read_text()
@@ -364,14 +338,15 @@ def test_what_is_stopped_leaves_nothing(
     LONG.to_toml(tmp_path / "scene.toml")
     arguments = ("run", "scene.toml", "--backend", "lammps", "--dt", "1e-9", "--lmp", lmp)
     running = start(*arguments, "--ranks", ranks, cwd=tmp_path)
-    pids = wait_for(lambda: running_lmp(temporary, ranks))
     wait_for(lambda: list(temporary.glob("*/*.dump")))
+    pids = [*filter(has_lammps, below(running.pid))]
+    assert len(pids) >= ranks
     shared = {name for pid in pids for name in shared_memory(pid)}
     os.kill(pids[0] if name == "SIGKILL" else running.pid, getattr(signal, name))
     code, out, err = ended(running)
     assert (code, out, err.count("\n")) == (status, "", 1)
     assert err.startswith(f"hertzchain: {said}")
-    wait_for(lambda: not of_lammps(temporary))
+    wait_for(lambda: not any(runs(pid) for pid in pids))
     assert names(tmp_path) == ["scene.toml"]
     assert not [name for name in shared if Path(name).exists()]
 

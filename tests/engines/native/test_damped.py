@@ -11,7 +11,6 @@ import pytest
 from numpy.typing import NDArray
 
 import hertzchain as hc
-from hertzchain.engines.external.accuracy import Softening
 from hertzchain.engines.native import elastic_chain
 from hertzchain.engines.native.damped_runs import Adaptive, integrate_damped
 from hertzchain.engines.native.damped_verlet import simulate_damped_verlet
@@ -106,16 +105,6 @@ def test_a_maximum_in_a_step_as_long_as_its_leg() -> None:
     error = extrapolation.solve(scene).error_of(result.peak_force)
     assert error <= result.error_estimate
     assert error < 1e-9  # 2.5e-10 by the steps
-
-
-@pytest.mark.parametrize("coefficient", [None, 0.4])
-def test_a_bead_leaves_a_wall_with_its_restitution(coefficient: float | None) -> None:
-    contact = hc.Contact("restitution", restitution=0.9, attraction=True)
-    chain = hc.Chain(2, **STEEL, gap=1e-2, velocity=(0.0, 1.0))
-    scene = hc.Scene(chain, wall=hc.Wall("rigid", restitution=coefficient), contact=contact)
-    collision = hc.Run(20 * scene.contact_time)  # and the flight back is far longer
-    result = hc.Native(rtol=1e-8).run(replace(scene, run=collision))
-    assert result.velocity[1] == pytest.approx(-(coefficient or 0.9), rel=1e-7)
 
 
 Floats = NDArray[np.float64]
@@ -229,21 +218,6 @@ def test_momentum_and_energy_with_a_damped_piston(number: int) -> None:
     pushed = float(np.max(result.peak_force)) * scene.end_time
     wrong = replace(result, balance=replace(balance, momentum=balance.momentum + 0.1 * pushed))
     assert not balance_checks(wrong)[0].passed
-
-
-def test_a_similar_scene_of_each_law() -> None:
-    """The force does not change, velocities grow with times: see ``Softening``."""
-    for law in LAWS.values():
-        scene = scene_with(law)
-        scene = replace(scene, run=hc.Run(scene.end_time))
-        scaling = Softening(3)
-        given = scaling.scene(scene)
-        result, other = (
-            hc.Native("velocity-verlet", 0.05 * each.contact_time).run(each)
-            for each in (scene, given)
-        )
-        assert largest_difference(other.peak_force, result.peak_force) < 1e-12
-        assert np.max(np.abs(other.velocity / scaling.time / result.velocity - 1)) < 1e-10
 
 
 @pytest.mark.parametrize("gap", [0.0, 1e-5])

@@ -110,13 +110,6 @@ def test_the_end_does_not_depend_on_how_fast_the_machine_is(
     assert with_end(scene).end_time == scene.end_time > end
 
 
-def test_similar_scenes_have_similar_ends() -> None:
-    """With a tenfold velocity all times are as velocity to the power -1/5."""
-    fast = replace(WALLED, shock=hc.Striker(10.0))
-    ratio = with_end(fast).end_time / with_end(WALLED).end_time
-    assert ratio == pytest.approx(10**-0.2, rel=1e-12)
-
-
 DEMO = ROOT / "validation" / "scenes" / "demo.toml"
 
 

@@ -17,7 +17,7 @@ from hertzchain.engines.native import batch
 from hertzchain.engines.native.batch import peak_forces, similar_peak_forces
 from hertzchain.engines.native.plan import METHODS
 from hertzchain.engines.native.simulation import simulate
-from hertzchain.limits import TIGHTEST, Deadline
+from hertzchain.limits import Deadline
 from hertzchain.observables.peaks import largest_difference
 from hertzchain.scene.shocks import PROFILES
 from tests.conftest import STEEL, paper_scene
@@ -67,25 +67,6 @@ def test_less_accuracy_costs_less(demo: hc.Scene) -> None:
     assert hc.Native().run(demo).force_evaluations == costs[ACCURACIES.index(1e-6) - 1]
     assert costs == sorted(costs)
     assert costs[-1] > 5 * costs[0]
-
-
-TWICE = hc.PulseTable((0.0, 1e-5, 2e-5, 2e-4, 2.1e-4, 2.2e-4), (0.0, 10.0, 0.0, 0.0, 100.0, 0.0))
-CUT_SHORT = paper_scene("cosine", 3.0, 3.0, granules=20)
-CUT_SHORT = replace(CUT_SHORT, run=hc.Run(CUT_SHORT.ramps[0].end * 1.5))
-
-
-@pytest.mark.parametrize(
-    ("scene", "rtol"),
-    [
-        (hc.Scene(hc.Chain(2, **STEEL), TWICE), 1e-7),
-        (hc.Scene(hc.Chain(3, **STEEL), TWICE), 1e-3),
-        (CUT_SHORT, 1e-7),
-    ],
-)
-def test_tables_and_runs_cut_short_are_had_as_accurately(scene: hc.Scene, rtol: float) -> None:
-    true = hc.Native("reference", dt=scene.units.time / 80).run(scene).peak_force
-    result = hc.Native(rtol=rtol).run(scene)
-    assert largest_difference(result.peak_force, true) <= result.error_estimate <= rtol
 
 
 @pytest.mark.parametrize(
@@ -145,33 +126,6 @@ def test_a_batch_does_not_depend_on_order_company_or_cores() -> None:
         for cores in (1, 2):
             for column, other in zip(peaks(some, rtol, cores), together, strict=True):
                 assert np.array_equal(column, other[some], equal_nan=True)
-
-
-@pytest.mark.parametrize(
-    ("number", "seed"), [(6, 11), pytest.param(1000, 12, marks=pytest.mark.slow)]
-)
-@pytest.mark.parametrize("rtol", ACCURACIES)
-def test_random_batches_vs_single_runs(rtol: float, number: int, seed: int) -> None:
-    """Peaks agree with ten times more accurate single runs within both estimates."""
-    rng = np.random.default_rng(seed)
-    for granules in (4, 25, 120):
-        ratio, n = (spread(rng, *limits, number // 3 + 1) for limits in (RATIOS, DURATIONS))
-        profile = list(PROFILES)[rng.integers(3)]
-        pairs = zip(ratio.tolist(), n.tolist(), strict=True)
-        scenes = [paper_scene(profile, *pair, granules) for pair in pairs]
-        batch = hc.similar_peak_forces(profile, ratio, n, granules, rtol)
-        in_newtons = hc.peak_forces(scenes, rtol)
-        assert np.all(batch.error_estimate <= rtol)
-        assert np.all(in_newtons.error_estimate <= rtol)
-        closer = max(rtol / 10, TIGHTEST)
-        for k, scene in enumerate(scenes):
-            single = hc.Native(rtol=closer, peaks_only=True).run(scene)
-            for force, error in (
-                (100 * batch.peak_force[k], batch.error_estimate[k]),
-                (in_newtons.peak_force[k], in_newtons.error_estimate[k]),
-            ):
-                difference = largest_difference(force, single.peak_force)
-                assert difference <= error + single.error_estimate, scene
 
 
 def test_a_force_below_all_numbers_in_newtons_has_no_time() -> None:

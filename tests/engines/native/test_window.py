@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -12,7 +13,8 @@ import hertzchain as hc
 from hertzchain.engines.native import elastic, elastic_chain
 from hertzchain.engines.native.elastic_chain import Ending, Seen, Start, at_the_start
 from hertzchain.engines.native.plan import SRKN_11B, Walker, cheapest
-from hertzchain.engines.native.simulation import leg_rows, room_for, simulate, steps_of
+from hertzchain.engines.native.simulation import Prepared, leg_rows, room_for, simulate, steps_of
+from hertzchain.limits import Deadline
 from tests.conftest import STEEL, paper_scene
 
 
@@ -29,7 +31,8 @@ def test_peaks_in_a_window_are_bitwise_those_of_the_full_chain(
     granules = {100.0: 800, 1000.0: 120}.get(ratio, 300)
     scene = paper_scene("cosine", ratio, duration, granules)
     legs = scene.schedule(0.4 * scene.units.time)
-    full = simulate(scene, legs, walker, window=False)
+    prepared = Prepared.of(scene, Deadline(60.0))
+    full = replace(prepared, moving=granules).simulate(walker.cut(legs), walker)
     ahead = simulate(scene, legs, walker)
     window = simulate(scene, legs, walker, leave_behind=True)
     for run in (ahead, window):

@@ -10,11 +10,11 @@ import pytest
 import hertzchain as hc
 from hertzchain.engines.lammps.dialect import NO_FRICTION, PAIR_STYLES
 from hertzchain.engines.lammps.reading import reading
-from hertzchain.examiner.lint import Finding, lint_file
+from hertzchain.examiner.lint import lint_file
 from hertzchain.known.answer import KnownAnswer, Layout, deck
 from tests import scenes
 from tests.command_line import Command
-from tests.examiner.lint.test_lint import CLEAN, HEAP, ROOM, TRAPS, lint, planted
+from tests.examiner.lint.test_lint import CLEAN, HEAP, TRAPS, lint, planted
 from tests.places import ROOT
 
 pytestmark = pytest.mark.lammps
@@ -235,19 +235,3 @@ def generated(scene: hc.Scene, watch_every: int, pair_style: str = "granular") -
 )
 def test_nothing_is_said_of_generated_decks(name: str, pair_style: str, watch_every: int) -> None:
     assert lint(generated(scenes.load(name), watch_every, pair_style)) == []
-
-
-def test_a_chain_far_from_its_images_may_be_periodic() -> None:
-    def in_a_box(x: float, y: float, flat: bool = False) -> list[Finding]:
-        z = "-1e-4 1e-4" if flat else "-0.1 0.1"
-        box = f"$(-{x}*v_R) $(2*v_R*v_N+{x}*v_R) $(-{y}*v_R) $({y}*v_R) {z}"
-        text = CLEAN.replace("boundary f f f", "dimension 2\n" * flat + "boundary p p p")
-        text = text.replace("lattice sc", "lattice sq") if flat else text
-        return lint(text.replace(f"$(-2*v_R) $(2*v_R*(v_N+1)) {ROOM}", box))
-
-    assert in_a_box(3, 3) == []
-    assert [finding.text[:13] for finding in in_a_box(3, 2)] == ["y is periodic"]
-    assert [finding.text[:13] for finding in in_a_box(1, 3)] == ["x is periodic"]
-    # Of flat decks LAMMPS wants it in z.
-    assert in_a_box(3, 3, flat=True) == []
-    assert [finding.text[:13] for finding in in_a_box(3, 2, flat=True)] == ["y is periodic"]

@@ -151,72 +151,12 @@ def test_a_deck_that_lammps_refuses_is_an_error(old: str, new: str, line: str, s
     assert text.split("\n")[findings[0].line - 1].startswith(line)
 
 
-def of_no_run(text: str) -> list[tuple[str, str]]:
-    """Rules and severities of the findings in a text without its runs."""
-    findings = lint(re.sub(r"^run .*\n", "", text, flags=re.MULTILINE))
-    return [(finding.rule, finding.severity) for finding in findings]
-
-
-@pytest.mark.lammps
-def test_a_deck_without_a_run_is_read_and_said_to_take_no_step() -> None:
-    assert of_no_run(CLEAN) == [("no-run", "note")]
-    misspelt = [("no-run", "note"), ("text-alone", "warning")]
-    assert of_no_run(CLEAN.replace("run 3000", "runn 3000")) == misspelt
-    assert of_no_run(f'{CLEAN}if "1 > 0" then "run 10"\n') == []
-    # What a part of a deck lacks may stand elsewhere.
-    part = CLEAN[: CLEAN.index("fix motion")].replace("variable N equal 30\n", "")
-    assert of_no_run(part) == [("no-run", "note"), ("text-alone", "note")]
-
-
-@pytest.mark.lammps
-@pytest.mark.parametrize(
-    ("said", "count"),
-    [
-        ("set 1.0 0.0 0.0", 1), ("set 1.0 0.0 0.0 units box", 0), ("set 0 NULL 0.0", 0),
-        ("set v_push 0.0 0.0", 0), ("ramp vx 0.0 1.0 x 0 1", 1), ("linear 1.0 0.0 0.0", 1),
-        ("linear 1.0 0.0 0.0 units box", 0),
-    ],
-)  # fmt: skip
-def test_velocities_are_in_spacings_of_the_lattice_unless_said(said: str, count: int) -> None:
-    command = "fix led first move" if said.startswith("linear") else "velocity first"
-    text = CLEAN.replace("timestep 5e-8", f"{command} {said}\ntimestep 5e-8")
-    assert [finding.rule for finding in lint(text)].count("lattice-units") == count
-    fine = text.replace("set group all diameter", "lattice none 1.0\nset group all diameter")
-    assert "lattice-units" not in {finding.rule for finding in lint(fine)}
-
-
 MODEL = "hertz/material 193e9 0.0 0.3 &\n    tangential linear_nohistory 0.0 0.0"
 TIME = (np.pi / 6 * 0.0095**3 * 7958) ** 0.5 / (
     (4 / 3 * 193e9 / (2 * (1 - 0.3**2)) * (0.0095 / 4) ** 0.5) ** (1 / 3) * 100 ** (1 / 6)
 )
 """Natural time of its contacts, under 100 N [s]."""
-
-
-def stepped(step: float) -> tuple[str, str]:
-    """A step as a change of the clean deck."""
-    little = "fix little first addforce 1e-3 0.0 0.0\n"
-    return "unfix shock\nrun 3000", f"{little}timestep {step * TIME!r}\nrun 100"
-
-
-@pytest.mark.lammps
-@pytest.mark.parametrize(
-    ("change", "rule", "is_found"),
-    [
-        (stepped(0.198), "step-length", False), (stepped(0.202), "step-length", True),
-        # E, damping and Poisson's ratio in another order: below a hundredth it is a damping.
-        (("193e9 0.0 0.3", "193e9 0.3 0.003"), "poisson-ratio", True),
-        (("193e9 0.0 0.3", "193e9 0.3 0.03"), "poisson-ratio", False),
-        ((MODEL, "mdr 5e6 0.4 1.9e5 2.0 0.5 0.5"), "not-hertz", True),
-        ((MODEL, "mdr 5e6 0.4 1.9e5 2.0 0.5 0.5"), "damping", False),
-    ],
-)  # fmt: skip
-def test_both_sides_of_a_rule(change: tuple[str, str], rule: str, is_found: bool) -> None:
-    assert change[0] in CLEAN
-    assert (rule in {finding.rule for finding in lint(CLEAN.replace(*change))}) == is_found
-
-
-def test_a_chain_made_in_a_loop_is_a_chain() -> None:
-    loop = """\
+LOOP = """\
 variable i loop 30
 label more
 variable x equal (v_i-1)*2*v_R
@@ -224,15 +164,75 @@ create_atoms 1 single ${x} 0 0 units box
 next i
 jump SELF more
 """
-    text = CLEAN.replace("create_atoms 1 region chain\n", loop)
-    assert lint(text) == []
-    assert {f.rule for f in lint(text.replace("boundary f f f", ""))} == {"periodic"}
+MDR, STEP, NO_RUN = "mdr 5e6 0.4 1.9e5 2.0 0.5 0.5", "timestep 5e-8", r"re:(?m)^run .*\n=>"
+DAMPED = ["attraction warning", "damping note"]
+NO_PLANE = "boundary f f f=>boundary p p p"
 
 
-def test_nothing_is_said_of_a_clean_deck_and_later_commands_count() -> None:
-    assert lint(CLEAN) == []
-    assert lint(CLEAN.replace("run 1000", DIAMETER + DENSITY + "run 1000")) == []
-    assert lint(CLEAN.replace(DIAMETER + DENSITY, DENSITY + DIAMETER + DENSITY)) == []
+def stepped(step: float) -> str:
+    """A step, in natural time units, as a change of the clean deck."""
+    little = "fix little first addforce 1e-3 0.0 0.0\n"
+    return f"unfix shock\nrun 3000=>{little}timestep {step * TIME!r}\nrun 100"
+
+
+def moving(said: str, lattice: str = "") -> list[str]:
+    command = "fix led first move" if said.startswith("linear") else "velocity first"
+    of_lattice = [f"set group all diameter=>{lattice}\nset group all diameter"] if lattice else []
+    return [f"{STEP}=>{command} {said}\n{STEP}", *of_lattice]
+
+
+def in_a_box(x: float, y: float, flat: bool = False) -> list[str]:
+    z = "-1e-4 1e-4" if flat else "-0.1 0.1"
+    box = f"$(-{x}*v_R) $(2*v_R*v_N+{x}*v_R) $(-{y}*v_R) $({y}*v_R) {z}"
+    is_flat = ["boundary=>dimension 2\nboundary", "lattice sc=>lattice sq"] if flat else []
+    return [NO_PLANE, f"$(-2*v_R) $(2*v_R*(v_N+1)) {ROOM}=>{box}", *is_flat]
+
+
+SAID: list[tuple[list[str], list[str]]] = [
+    ([], []),
+    (["run 1000=>" + DIAMETER + DENSITY + "run 1000"], []),
+    ([f"{DIAMETER}{DENSITY}=>{DENSITY}{DIAMETER}{DENSITY}"], []),
+    ([NO_RUN], ["no-run note"]),
+    (["run 3000=>runn 3000", NO_RUN], ["no-run note", "text-alone warning"]),
+    ([NO_RUN, r're:\Z=>if "1 > 0" then "run 10"\n'], []),
+    # What a part of a deck lacks may stand elsewhere.
+    ([NO_RUN, "variable N equal 30\n=>", r"re:(?s)fix motion.*=>"],
+     ["no-run note", "text-alone note"]),
+    (moving("set 1.0 0.0 0.0"), ["lattice-units warning"]),
+    (moving("set 1.0 0.0 0.0", "lattice none 1.0"), []),
+    (moving("set 1.0 0.0 0.0 units box"), []), (moving("set 0 NULL 0.0"), []),
+    (moving("set v_push 0.0 0.0"), ["text-alone error"]),
+    (moving("ramp vx 0.0 1.0 x 0 1"), ["lattice-units warning"]),
+    (moving("linear 1.0 0.0 0.0"), ["lattice-units warning"]),
+    (moving("linear 1.0 0.0 0.0", "lattice none 1.0"), []),
+    (moving("linear 1.0 0.0 0.0 units box"), []),
+    ([stepped(0.198)], []), ([stepped(0.202)], ["step-length warning"]),
+    # E, damping and Poisson's ratio in another order: below a hundredth it is a damping.
+    (["193e9 0.0 0.3=>193e9 0.3 0.003"], [*DAMPED, "poisson-ratio warning"]),
+    (["193e9 0.0 0.3=>193e9 0.3 0.03"], DAMPED),
+    ([f"{MODEL}=>{MDR}"], ["not-hertz warning", "text-alone error"]),
+    (["create_atoms 1 region chain\n=>" + LOOP], []),
+    (["create_atoms 1 region chain\n=>" + LOOP, "boundary f f f=>"], ["periodic warning"] * 2),
+    # A chain far from its images may be periodic; of flat decks LAMMPS wants it in z.
+    (in_a_box(3, 3), []), (in_a_box(3, 2), ["periodic warning"]),
+    (in_a_box(1, 3), ["periodic warning"]), (in_a_box(3, 3, flat=True), []),
+    (in_a_box(3, 2, flat=True), ["periodic warning"]),
+]  # fmt: skip
+"""Changes of the clean deck, as old => new text, and the rules and severities of what is said."""
+
+
+@pytest.mark.lammps
+@pytest.mark.parametrize("row", range(len(SAID)))
+def test_what_is_said_of_a_deck(row: int) -> None:
+    changes, said = SAID[row]
+    text = CLEAN
+    for old, _, new in (change.partition("=>") for change in changes):
+        if old.startswith("re:"):
+            text = re.sub(old[3:], new, text)
+        else:
+            assert old in text
+            text = text.replace(old, new)
+    assert [f"{finding.rule} {finding.severity}" for finding in lint(text)] == said
 
 
 MORE_WORDS = 'set fix run if variable jump label next ${R} $(v_R) $( & # " \' """ v_push * 0 -1 nan'

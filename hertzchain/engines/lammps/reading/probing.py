@@ -96,10 +96,10 @@ def granules_of(lammps: Session) -> Granules:
     along = int(np.argmax(np.ptp(place, axis=0)))
     axes = np.array([along, *(k for k in range(3) if k != along)])
     order = np.argsort(place[:, along], kind="stable")
-    here = np.ix_(order, axes)
+    cells = np.ix_(order, axes)
     return Granules(
-        units, axes, order, ids.astype(np.int64), types.astype(np.int64)[order], place[here],
-        velocity[here], spin[here], radius[order], mass[order], low[axes], high[axes],
+        units, axes, order, ids.astype(np.int64), types.astype(np.int64)[order], place[cells],
+        velocity[cells], spin[cells], radius[order], mass[order], low[axes], high[axes],
         [sides[k] for k in axes],
     )  # fmt: skip
 
@@ -412,8 +412,7 @@ class _Wall:
 
         The search begins at the start, or at ``ahead`` of it if there is no wall before.
         """
-        outer: float | None = None
-        inner = self._start
+        inner, outer = self._start, None
         if self._pushed(inner):
             outer, step = inner, self._unit
             while self._pushed(inner):
@@ -422,17 +421,14 @@ class _Wall:
                 if abs(inner - self._start) > self._radius:
                     return None
         else:
-            step = min(self._unit, 0.05 * self._radius)
-            gone = 0.0
+            step, gone = min(self._unit, 0.05 * self._radius), 0.0
             if 0 < ahead < limit and not self._pushed(self._start + self._sign * ahead):
-                gone, inner = ahead, self._start + self._sign * ahead
-            while gone < limit:
-                gone = min(gone + step, limit)
-                step = min(2 * step, 0.5 * self._radius)
-                if self._pushed(self._start + self._sign * gone):
-                    outer = self._start + self._sign * gone
-                    break
+                gone = ahead
+            while outer is None and gone < limit:
                 inner = self._start + self._sign * gone
+                gone, step = min(gone + step, limit), min(2 * step, 0.5 * self._radius)
+                place = self._start + self._sign * gone
+                outer = place if self._pushed(place) else None
         if outer is None:
             return None
         # To the last digit of the coordinate.

@@ -50,7 +50,8 @@ timestep 0.001
 """
 
 _TABLE = tomllib.loads(Path(__file__).with_name("interpreter.toml").read_text(encoding="utf-8"))
-DECKS, FILES = _TABLE["decks"], _TABLE["files"]
+DECKS = {name: text.replace("BEADS\n", BEADS) for name, text in _TABLE["decks"].items()}
+FILES = _TABLE["files"]
 
 
 def state(lammps: Any) -> dict[str, Any]:

@@ -16,7 +16,7 @@ from hertzchain.engines.lammps.reading.deck import FoundDeck, units_of
 from hertzchain.engines.lammps.reading.text import Rules, command_of, quoted, words_of
 from hertzchain.errors import BackendMissing, RunFailed, TooExpensive
 from hertzchain.limits import Deadline
-from tests.engines.lammps.reading.chains import BESIDE_PYTHON, OTHERS, SCENE, Deck, read_deck
+from tests.engines.lammps.reading.chains import BESIDE_PYTHON, OTHERS, SCENE, UNITS, Deck, read_deck
 from tests.processes import children, posix
 
 pytestmark = pytest.mark.lammps
@@ -68,10 +68,14 @@ def test_what_goes_wrong_is_one_sentence(what: str, tmp_path: Path) -> None:
     assert [path.name for path in tmp_path.iterdir()] == ["in.mine"]
 
 
-@pytest.mark.parametrize("units", ["real", "metal", "electron"])
-def test_units_of_atoms_are_refused(units: str) -> None:
-    with pytest.raises(RunFailed, match=f"units {units} are those of atoms"):
-        units_of(units)
+def test_units_are_those_of_the_manual() -> None:
+    for name, (length, mass, time) in UNITS.items():
+        unit = units_of(name)
+        assert (unit.length, unit.mass, unit.time) == (length, mass, time)
+        assert unit.force == pytest.approx(mass * length / time**2, rel=1e-15)
+    for name in ("real", "metal", "electron"):
+        with pytest.raises(RunFailed, match=f"units {name} are those of atoms"):
+            units_of(name)
 
 
 GIVEN = """

@@ -54,6 +54,7 @@ def test_a_code_passes(measured: pd.DataFrame) -> None:
     assert len(judgement.checks) == 2 * 3 + 2 + 3
     assert judgement.remarks == ()
     assert "granule 11" in repr(judgement)
+    assert f"the run begins at {judgement.shift:.6g} s of the" in " ".join(repr(judgement).split())
     assert "Verdict: pass" in str(judgement)
 
 
