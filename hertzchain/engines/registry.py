@@ -1,6 +1,6 @@
 """The engines: one entry each, read by ``run``, ``compare``, ``doctor`` and every report.
 
-A further engine is a folder here and a line in ``_ALL``.
+A further engine is a module or folder here and a line in ``_ALL``.
 """
 
 from __future__ import annotations

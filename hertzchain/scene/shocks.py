@@ -31,7 +31,7 @@ class Shape:
     area
         The integral from 0 to 1.
     formula
-        The growth in Python's words, {} for s.
+        The growth in Python's words, {} for s, which is a quotient without brackets in decks.
     code
         Number of the formula in compiled loops, 1 linear and 2 cosine; None where they have none.
     part

@@ -52,7 +52,7 @@ from hertzchain.theory.prediction import Prediction as Prediction
 from hertzchain.theory.prediction import predict as predict
 
 _INNER = ("checked", "paper", "prediction", "sys")
-__all__ = sorted(name for name in vars() if name[0] != "_" and name not in _INNER)  # noqa: PLE0605
+__all__ = sorted(name for name in vars() if name[0].isalpha() and name not in _INNER)  # noqa: PLE0605
 
 for _module in (sys.modules[__name__], peak_map, restitution, solitary_wave):
     for _name, _public in list(vars(_module).items()):
