@@ -197,7 +197,7 @@ def wall_commands(case: Case) -> list[str] | None:
 
 
 def load_commands(case: Case) -> list[str]:
-    """Gravity and precompression of a scene."""
+    """Return the commands for the gravity and the precompression of a scene."""
     pressed, deck, unit = case.scene.precompression, case.deck, case.units
     if pressed is None:
         return []
@@ -386,7 +386,7 @@ def _candidates(case: Case, check: DeckCheck) -> list[int]:
 
 
 def _words(case: Case, candidates: Sequence[int]) -> Iterator[Changes]:
-    """Yield changes of words in all commands in which they may be wrong, and in each of them."""
+    """Yield corrections of words: in all commands that may have them wrong, then in each alone."""
     for command, words, right in _WORDS:
         whole: Changes = {}
         for where in (place_at(case.deck, k) for k in candidates):

@@ -98,7 +98,7 @@ class Place:
 
 
 def is_of(deck: FoundDeck, index: int, role: str) -> bool:
-    """Whether a command can set a number of a role."""
+    """Whether a command can set a number of a role of ``ROLES``."""
     return re.match(rf"\s*(?:{ROLES[role]})", f"{deck.commands[index].text} ") is not None
 
 

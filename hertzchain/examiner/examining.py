@@ -178,7 +178,7 @@ def case_of(
     deadline: Deadline,
     truths: dict[float, Result],
 ) -> tuple[Case, Result]:
-    """Data that the checks of a deck share, in SI units, and the reference up to its end."""
+    """Return data in SI units for the checks of a deck, and the reference up to the deck's end."""
     deck, units = in_si(deck, scene)
     deck = with_loads(deck, scene)
     start = start_of_shock(deck, scene)

@@ -184,7 +184,7 @@ class Deck:
 
     @cached_property
     def unread(self) -> list[Command]:
-        """Commands that read other commands, which are not known."""
+        """Commands that read files which lint has not read."""
         last = None if self.look is None or not self.look.stopped else len(self.look.commands) - 1
         readers = [c for c in self.named("include") if c.index is None or c.index == last]
         if self.look is None or self.look.stopped:
@@ -484,7 +484,7 @@ def density_before_diameter(deck: Deck) -> Found:
 
 
 def diameter_missing(deck: Deck) -> Found:
-    """Granules that are created have diameter 1 and density 1."""
+    """Granules of ``create_atoms`` have diameter 1 and density 1 unless the deck sets them."""
     created = deck.named("create_atoms")
     brought = deck.named("read_data", "molecule") or deck.is_partial
     given = {word for command in deck.named("set") for word in command.words}

@@ -147,7 +147,7 @@ class Peaks:
 
     @property
     def wanted(self) -> FloatArray:
-        """Wanted forces: of first pulses (0 for a contact without one), or else peak forces."""
+        """Forces of first pulses (0 for a contact without one); peak forces if none has one."""
         if self.first is None or not np.isfinite(self.first.force).any():
             return np.asarray(self.force)
         return np.nan_to_num(self.first.force)

@@ -469,7 +469,7 @@ def _place(
     p: Piece, level: float, low: float, high: float, at_low: float, at_high: float, of_rate: bool,
     s: Record,
 ) -> float:  # fmt: skip
-    """Place between low and high where the force, or its rate, crosses a level, by Illinois.
+    """Place between low and high where a force or its rate crosses a level (Illinois method).
 
     ``at_low`` and ``at_high`` are its values there: at a jump they are not those of the law.
     """

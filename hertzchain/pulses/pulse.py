@@ -303,9 +303,10 @@ def _refuse_pull(force: FloatArray, level: float) -> None:
     up, down = float(force.max()) - level, level - float(force.min())
     if down > up:
         raise HertzchainError(
-            f"the largest signal, {-down:.3g} N, pulls; a pulse pushes: turn it with --scale (-1,"
-            " or N for each unit with a minus) or, if the recording begins in its pulse, say with"
-            " --baseline what the column has without a force"
+            f"the largest signal, {-down:.3g} N, pulls; a pulse pushes: turn it with --scale (-1"
+            " for a column in N, otherwise minus the force in N of one unit of the column) or, if"
+            " the recording begins in its pulse, say with --baseline what the column has without a"
+            " force"
         )
     if up == 0:
         raise HertzchainError("all forces are equal: there is no pulse in this column")
@@ -431,7 +432,7 @@ class Value(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class MeasuredPulse:
-    """A measured pulse with few rows."""
+    """A recording of a pulse, and the pulse table with few rows that replaces it."""
 
     recording: Recording
     signal: Signal

@@ -187,7 +187,7 @@ def read_columns(path: Path) -> Columns:
     if not has_step and any(cell.lower() == _COUNTS for cell in first):
         raise HertzchainError(
             f"{path}: column {numeric[0] + 1} counts samples, and the header has no start and"
-            " increment of the times: write them in its place"
+            " increment of the times: replace the numbers of the samples by their times"
         )
     has_times = not has_step or (not counts and any(map(_TIME_NAME.match, first)))
     names, units = _names_and_units(header, settings, numeric, count, has_times)

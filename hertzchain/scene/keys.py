@@ -142,7 +142,7 @@ class Key:
 
     @property
     def bounds(self) -> dict[str, float]:
-        """The words for each bound, and the bound."""
+        """The bounds that are given, by their words in messages, such as "at least"."""
         limits = {
             "above": self.above, "at least": self.least, "below": self.below, "at most": self.most,
         }  # fmt: skip

@@ -43,7 +43,7 @@ def files_of(name: str, path: Path) -> list[Path]:
     table = path.with_suffix(".csv")
     if table == path:
         raise OutputError(
-            f"{path}: is the name of the pulse table, which is named as the scene: name the scene"
-            f" {path.with_suffix('.toml')}"
+            f"{path}: is the name of the pulse table, which is the scene's name with .csv: name"
+            f" the scene {path.with_suffix('.toml')}"
         )
     return [path, table]

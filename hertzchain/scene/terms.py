@@ -269,7 +269,7 @@ class Gauge:
         return int(self.contact if self.granule is None else self.granule)  # type: ignore[arg-type]
 
     def check(self, granules: int, has_wall: bool, has_near_wall: bool) -> None:
-        """Raise a SceneError if a chain has no such granule or contact."""
+        """Raise a SceneError if a chain has no granule or contact for the gauge."""
         last = granules + (self.key == "contact" and has_wall)
         first = 1 if has_near_wall else 2
         allowed = f"must be a {self.key} from {first} to {last}"

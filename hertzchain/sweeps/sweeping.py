@@ -425,7 +425,7 @@ def _joined(frames: Iterable[pandas.DataFrame]) -> pandas.DataFrame:
 
     whole = list(frames)
     if not whole:
-        raise OutputError("the sweep has no such rows: not measured yet, or not asked for")
+        raise OutputError("the sweep has no rows yet: run the same sweep to measure its scenes")
     for frame in whole:
         frame.attrs = {}
     return pandas.concat(whole, ignore_index=True)

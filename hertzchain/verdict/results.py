@@ -64,7 +64,7 @@ def last_digit(values: FloatArray) -> float:
 
 @dataclass(frozen=True, eq=False)
 class Sampled:
-    """Given peaks, with errors by sampling.
+    """Given peaks, with the errors that the sampling interval causes.
 
     ``error`` is the relative error of each by the interval of the samples and the digits of forces;
     0 for peaks that are given as such.

@@ -70,7 +70,7 @@ class TooMuchWork(RunFailed):
 
 
 class Adaptive(NamedTuple):
-    """How long the steps are, natural units.
+    """Limits of adaptive steps, natural units.
 
     ``tolerance`` is the error of the velocities in a step over the largest velocity. Steps may be
     ``longer``, at most 1.5 times, than ``longest``, also those that strong dampers allow. The run

@@ -49,7 +49,7 @@ Stepper = SymplecticNystrom | RungeKutta4
 
 @dataclass(frozen=True)
 class Walker:
-    """A method, and how it goes from one wanted time to the next: in one step, or in halved steps.
+    """A method that advances to the next wanted time, in one step or in halved steps.
 
     overlap^(3/2) has no second derivative at 0. A step of length h across the instant at which a
     contact opens or closes at the rate r' leaves an error of the velocity of about

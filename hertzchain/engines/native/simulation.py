@@ -289,7 +289,7 @@ def finished(
     run: Callable[[], tuple[Simulation, Watch | None]], control: FloatArray, deadline: Deadline,
     is_long: bool = False,
 ) -> Simulation:  # fmt: skip
-    """Return the records of a compiled run, with its first pulses; long runs are ``stoppable``.
+    """Return the records of a compiled run, with its first pulses; a long one can be stopped.
 
     A run that becomes long, as with many halved steps, begins again. Raises StepUnstable if the
     motion diverges.

@@ -85,7 +85,7 @@ _STATE = (
 
 
 def granules_of(lammps: Session) -> Granules:
-    """Return the granules that LAMMPS has now; RunFailed if it has none, or points."""
+    """Return the granules that LAMMPS has now; RunFailed if it has none, or point particles."""
     name, sides = lammps.system()
     units = units_of(name)
     if lammps.count() == 0:

@@ -142,7 +142,7 @@ class Session(ABC):
 
     @abstractmethod
     def run(self, text: str, steps: int, stride: int, take: Take) -> None:
-        """Give a ``run`` and read its start, every ``stride``-th step and its end."""
+        """Carry out a ``run``; read its start, every ``stride``-th step and its end."""
 
     # ---- Commands of the deck
 
@@ -178,7 +178,7 @@ class Session(ABC):
             kept.clear()
 
     def _hook_of(self, fix: DeckFix | None) -> str | None:
-        """Return the name of the hook after a fix; None without one."""
+        """Return the name of the hook that reads forces after a fix; None without a hook."""
         command = -1 if fix is None else fix.command
         return next((name for name, source in self.hooks.items() if source == command), None)
 
@@ -333,7 +333,7 @@ class Module(Session):
         return name
 
     def run(self, text: str, steps: int, stride: int, take: Take) -> None:
-        """Give a ``run`` and read its start, every ``stride``-th step and its end."""
+        """Carry out a ``run``; read its start, every ``stride``-th step and its end."""
         granules = int(self._lammps.extract_setting("nlocal"))
         rows, arrays = min(BLOCK, steps // stride + 3), 3 + len(self.hooks)
         is_wide = self._lammps.extract_setting("tagint") == ctypes.sizeof(ctypes.c_int64)
@@ -510,7 +510,7 @@ class Piped(Session):
         self.give(*(text.format(k, *row) for k, row in zip(ids, rows, strict=True)))
 
     def run(self, text: str, steps: int, stride: int, take: Take) -> None:
-        """Give a ``run`` and read its start, every ``stride``-th step and its end."""
+        """Carry out a ``run``; read its start, every ``stride``-th step and its end."""
         stride = _prime(stride) if self.twice else stride
         count, first = self.count(), self.step()
         columns = (*_READ, *(f"f_{name}[{k}]" for name in self.hooks for k in (1, 2, 3)))
