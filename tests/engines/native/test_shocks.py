@@ -168,7 +168,10 @@ REFUSED: dict[str, tuple[Callable[[], Any], str]] = {
         "no granule meets another",
     ),
     "side by side": (lambda: held(3, 4), "granule 3: is next to what does not move"),
-    "beside a wall": (lambda: held(8, wall=hc.Wall("rigid")), "granule 8: is next to what does not move"),
+    "beside a wall": (
+        lambda: held(8, wall=hc.Wall("rigid")),
+        "granule 8: is next to what does not move",
+    ),
     "all": (lambda: held(*range(1, 9)), "granule 1: is next to what does not move"),
     "pushed": (lambda: held(1), "must not be fixed: the pulse moves it"),
     "piston": (lambda: held(1, shock=hc.Piston(1.0)), "must not be fixed: the piston moves it"),
