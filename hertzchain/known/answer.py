@@ -389,7 +389,10 @@ def _verdict(scene: Scene, layout: Layout, answer: KnownAnswer, numbers: _Number
         *on_wall,
         f'if "${{watch}} > {layout.watch_every}" then &',
         f'    "print \'NOT CHECKED: watch is above {layout.watch_every}\'" "quit 3"',
-        'print "Peak forces over F0, contact $(v_where:%.0f), the nearest to its tolerance:"',
+        (
+            'print "Peak forces over F0, contact $(v_where:%.0f), the nearest to its tolerance,'
+            ' or the furthest beyond it:"'
+        ),
         'print "  expected    $(c_shown[1]:%.10f)"',
         'print "  found       $(c_shown[2]:%.10f)"',
         'print "  difference  $(abs(c_shown[2]/c_shown[1]-1):%.1e)"',
