@@ -258,6 +258,21 @@ def test_slips_of_the_chain_follow_from_its_stiffness_and_mass() -> None:
     assert slips_of(SCENE, "stretch") == pytest.approx(expected, rel=1e-12, abs=0)
 
 
+@pytest.mark.parametrize(("scale", "word"), [(0.9, "modulus"), (1.1, "mass"), (1.2, "speed")])
+def test_peaks_of_a_collision_tell_what_may_be_wrong(scale: float, word: str) -> None:
+    """Peaks of a simulation with another modulus, density or speed of the striker."""
+    scene = hc.Scene(hc.Chain(granules=8, **STEEL), hc.Striker(0.5))
+    changed = {
+        "modulus": lambda: replace(scene, chain=replace(scene.chain, young_modulus=193e9 * scale)),
+        "mass": lambda: replace(scene, chain=replace(scene.chain, density=7958 * scale)),
+        "speed": lambda: replace(scene, shock=hc.Striker(0.5 * scale)),
+    }[word]()
+    peaks = (
+        hc.Native(rtol=1e-6).run(changed).peak_force / hc.Native(rtol=1e-6).run(scene).peak_force
+    )
+    assert f"{word} {scale:.4g} times" in in_words(scene, "peaks", round(float(peaks[3]), 5))
+
+
 def test_units_of_force_are_those_of_pint() -> None:
     units: pint.UnitRegistry[float] = pint.UnitRegistry()
     force, written = slips_of(SCENE, "force"), slips_of(SCENE, "peaks")
