@@ -75,7 +75,7 @@ def write_text(path: Path | str, text: str) -> None:
 
 
 def write_texts(texts: Mapping[Path, str]) -> None:
-    """Write text files that belong together: all of them complete, or none."""
+    """Write text files that belong together: none, if one fails; each is complete."""
 
     def writer(text: str) -> Callable[[Path], object]:
         return lambda part: part.write_text(text, encoding="utf-8", newline="\n")
@@ -104,7 +104,9 @@ def _write(writers: Mapping[Path, Callable[[Path], object]]) -> None:
                 if not path.exists() or path.is_file():  # a pipe or a device stays what it is
                     target = path.resolve()  # target of a link
                     target.parent.mkdir(parents=True, exist_ok=True)
-                    folder = TemporaryDirectory(prefix=".hertzchain-", dir=target.parent)
+                    folder = TemporaryDirectory(
+                        prefix=".hertzchain-", dir=target.parent, ignore_cleanup_errors=True
+                    )
                     part = Path(folders.enter_context(folder)) / path.name
                     moves.append((part, target))
                 write(part)

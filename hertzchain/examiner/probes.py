@@ -627,7 +627,7 @@ def _friction(case: Case) -> Iterator[Number]:
     of_walls = [wall.tangential_force for wall in case.deck.walls]
     sideways = float(np.nanmax(np.abs([*case.deck.tangential_force, *of_walls]), initial=0.0))
     force = float(np.min(case.twin.stiffness * case.near**1.5))
-    yield Number(sideways, 0.0, case.least(QUIET) * force, note=", on granules that spin sideways")
+    yield Number(sideways, 0.0, case.least(QUIET) * force, note=", sideways, where granules spin")
 
 
 # ---- Loads and other forces

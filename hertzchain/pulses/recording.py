@@ -182,7 +182,8 @@ def read_columns(path: Path) -> Columns:
     samples = {k: [*row, *lacking][:count] for k, row in enumerate(every[begin:], begin + 1) if row}
     cells = pandas.DataFrame.from_dict(samples, "index", dtype=object, columns=range(count))
     first = [row[numeric[0]] for row in header if len(row) > numeric[0]]
-    counts = cells[numeric[0]].tolist() == [str(k) for k in range(len(cells))]
+    numbers = pandas.to_numeric(cells[numeric[0]], errors="coerce").to_numpy()
+    counts = bool(np.array_equal(numbers, np.arange(len(cells))))
     has_step = {*_OF_CLOCK} <= {*settings}
     if not has_step and any(cell.lower() == _COUNTS for cell in first):
         raise HertzchainError(
@@ -207,7 +208,8 @@ def columns_of(table: pandas.DataFrame) -> Columns:
     import pandas
 
     names = [str(name) for name in table.columns]
-    cells = pandas.DataFrame([list(map(str, row)) for row in table.to_numpy().tolist()])
+    rows = [list(map(str, row)) for row in table.to_numpy().tolist()]
+    cells = pandas.DataFrame(rows, columns=range(len(names)), dtype=object)
     cells.index += 1
     path, numeric = Path("the table"), range(len(names))
     return Columns(path, cells, numeric, names, _units_in(names), "a table")

@@ -368,7 +368,7 @@ def read_columns(
     required = [column for column in names if column not in optional]
     allowed = f"must be {','.join(required)}"
     allowed += f", and perhaps {', '.join(optional)}" if optional else ""
-    for column in set(header) - set(names):
+    for column in (column for column in header if column not in names):
         raise SceneError("column", column, f"is unknown: the first line {allowed}", path)
     if sorted(header) != sorted({*header, *required}):
         raise SceneError("first line", ",".join(header), allowed, path)

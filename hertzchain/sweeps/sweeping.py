@@ -94,7 +94,7 @@ def _read_part(path: Path, columns: list[str] | None = None) -> pandas.DataFrame
 
     try:
         return pandas.read_parquet(path, columns=columns, page_checksum_verification=True)
-    except (OSError, ValueError, KeyError) as problem:
+    except Exception as problem:  # damage of a file may raise anything
         reason = str(problem).partition("\n")[0]
         raise OutputError(
             f"{path}: cannot be read ({reason}); delete it, and the same sweep measures its"
@@ -104,33 +104,59 @@ def _read_part(path: Path, columns: list[str] | None = None) -> pandas.DataFrame
 
 @contextlib.contextmanager
 def claimed(path: Path, manifest: Section) -> Iterator[None]:
-    """Prepare a folder for a sweep; another sweep's folder is refused.
+    """Claim a folder for a sweep and this process; another sweep's folder is refused.
 
-    A new folder in which no part was stored is removed.
+    The lock ends with the process, even if it is killed. A new folder in which no part was stored
+    is removed.
     """
+    import filelock
+
+    for above in path.resolve().parents[:2]:  # it would read these tables as its own
+        if (above / MANIFEST).exists():
+            raise OutputError(f"{path}: is inside of the sweep {above}; name another place")
     is_new = not path.exists()
     make_folder(path)
-    if (there := _read(path)) is not None:
-        # Compared after JSON, where tuples become lists.
-        old, new = _entries(there), _entries(json.loads(json.dumps(manifest)))
-        for name in {**new, **old}:
-            differ = f"{name} is {_in_words(old.get(name))} there and {_in_words(new.get(name))}"
-            if old.get(name) != new.get(name):
-                said = f"belongs to another sweep, {differ} here; name another folder"
-                raise OutputError(f"{path}: {said}")
-    elif strangers := [other.name for other in path.iterdir() if other.name[0] != "."]:
-        raise OutputError(f"{path}: is not a sweep, {strangers[0]} is in it; name a new folder")
-    else:
-        write_text(path / MANIFEST, json.dumps(manifest, indent=1) + "\n")
+    _is_begun(path, manifest)
+    lock = filelock.FileLock(path / ".lock", timeout=0)
     try:
+        # File systems without locks: the user has to avoid starting a sweep twice.
+        with contextlib.suppress(NotImplementedError):
+            lock.acquire()
+    except filelock.Timeout:
+        raise OutputError(
+            f"{path}: another process is at work on this sweep; wait for it, or stop it"
+        ) from None
+    except OSError as problem:
+        raise OutputError(f"{path}: cannot be written ({problem.strerror})") from None
+    try:
+        if not _is_begun(path, manifest):
+            write_text(path / MANIFEST, json.dumps(manifest, indent=1) + "\n")
         make_folder(path / TABLE)
-        yield
         for left in path.rglob(".hertzchain-*"):  # unfinished files of a process that was killed
             shutil.rmtree(left, ignore_errors=True)
+        yield
     except BaseException:
         if is_new and not any((path / TABLE).glob("*.parquet")):
             shutil.rmtree(path, ignore_errors=True)
         raise
+    finally:
+        lock.release()
+
+
+def _is_begun(path: Path, manifest: Section) -> bool:
+    """Return whether the folder has this sweep already; refuse a folder with anything else."""
+    if (there := _read(path)) is None:
+        if strangers := [other.name for other in path.iterdir() if other.name[0] != "."]:
+            raise OutputError(f"{path}: is not a sweep, {strangers[0]} is in it; name a new folder")
+        return False
+    # Compared after JSON, where tuples become lists.
+    old, new = _entries(there), _entries(json.loads(json.dumps(manifest)))
+    for name in {**new, **old}:
+        differ = f"{name} is {_in_words(old.get(name))} there and {_in_words(new.get(name))}"
+        if old.get(name) != new.get(name):
+            said = f"belongs to another sweep, {differ} here; name another folder"
+            raise OutputError(f"{path}: {said}")
+    return True
 
 
 def _read(folder: Path) -> Mapping[str, Any] | None:

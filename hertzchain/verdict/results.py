@@ -294,9 +294,9 @@ def _frame(
 
 
 def _number(words: Sequence[str]) -> float:
-    """Return the first word as a number; NaN if it is not one."""
+    """Return the only word as a number; NaN if there is not one."""
     try:
-        return float(words[0]) if "_" not in words[0] else math.nan
+        return float(words[0]) if len(words) == 1 and "_" not in words[0] else math.nan
     except (ValueError, IndexError):
         return math.nan
 

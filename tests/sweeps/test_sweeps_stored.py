@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 from dataclasses import replace
 from importlib.metadata import version
@@ -15,7 +16,7 @@ import pytest
 import hertzchain as hc
 from hertzchain.errors import OutputError, SceneError
 from hertzchain.sweeps import loop
-from hertzchain.sweeps.sweeping import settings
+from hertzchain.sweeps.sweeping import claimed, settings
 from tests.sweeps.made import GRID, SHORT
 
 
@@ -236,3 +237,15 @@ def test_a_full_disk_is_one_error_and_what_is_done_stays(full_disk: Path) -> Non
 def test_nothing_is_found_where_nothing_was_asked_for() -> None:
     with pytest.raises(OutputError, match="has no peaks of all contacts"):
         hc.sweep(SHORT, GRID).peaks_to_frame()
+
+
+def test_two_processes_do_not_work_on_one_sweep(out: Path) -> None:
+    manifest = json.loads((out / "sweep.json").read_text())
+    with claimed(out, manifest), pytest.raises(OutputError, match="another process is at work"):
+        hc.sweep(SHORT, GRID, output=out)
+    assert hc.sweep(SHORT, GRID, output=out).count().done == 8
+
+
+def test_a_sweep_is_not_put_into_another(out: Path) -> None:
+    with pytest.raises(OutputError, match="is inside of the sweep"):
+        hc.sweep(SHORT, GRID, output=out / "scenes" / "inner")

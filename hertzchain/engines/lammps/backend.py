@@ -106,7 +106,7 @@ class Lammps(ExternalEngine):
     def __post_init__(self) -> None:
         deck.check_pair_style(self.pair_style)
         require(self.ranks >= 1, "ranks", self.ranks, "must be at least 1")
-        alone = "the lammps module runs on one process: name also a LAMMPS binary with lmp"
+        alone = "the lammps module runs on one process: name also a LAMMPS binary with lmp (--lmp)"
         require(self.ranks == 1 or self.lmp is not None, "ranks", self.ranks, alone)
         super().__post_init__()
 

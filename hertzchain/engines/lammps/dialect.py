@@ -186,7 +186,9 @@ def refuse_old(scene: Scene, version: str) -> None:
     number, name = oldest(scene)
     if version < number:
         raise RunFailed(
-            f"LAMMPS of {version} cannot run this scene: take LAMMPS of {name} or later, or native"
+            f"LAMMPS of {version} cannot run this scene"
+            f"{' with its restitution' * (scene.contact is not None)}: take LAMMPS of {name} or"
+            " later, or native"
         )
 
 

@@ -410,22 +410,38 @@ class Child:
             process.end()
 
 
+_MAX_UNUSABLE = 8
+"""Processes tried when another user's shared memory has the number of each; chosen."""
+
+
+def _start_server() -> subprocess.Popen[bytes]:
+    try:
+        # -P: sys.path is given, and Python 3.13.0 to 3.13.2 cannot import NumPy if sys.path
+        # has a folder that was deleted (python/cpython#130932).
+        return start(
+            [sys.executable, "-P", "-c", _SERVER, *sys.path],
+            stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+        )  # fmt: skip
+    except OSError as problem:
+        raise RunFailed(
+            f"a process for LAMMPS cannot be started ({problem.strerror}): free memory and"
+            " processes"
+        ) from None
+
+
 class _Process:
     """The child process and its standard error."""
 
     def __init__(self) -> None:
-        try:
-            # -P: sys.path is given, and Python 3.13.0 to 3.13.2 cannot import NumPy if sys.path
-            # has a folder that was deleted (python/cpython#130932).
-            self.popen: subprocess.Popen[bytes] = start(
-                [sys.executable, "-P", "-c", _SERVER, *sys.path],
-                stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-            )  # fmt: skip
-        except OSError as problem:
-            raise RunFailed(
-                f"a process for LAMMPS cannot be started ({problem.strerror}): free memory and"
-                " processes"
-            ) from None
+        self.popen = _start_server()
+        # Processes whose number another user's shared memory has; kept, so that none comes twice
+        unusable: list[subprocess.Popen[bytes]] = []
+        while not forget_shared_memory(self.popen.pid) and len(unusable) < _MAX_UNUSABLE:
+            unusable.append(self.popen)
+            self.popen = _start_server()
+        for process in unusable:
+            with process:
+                kill(process)
         self._said = b""
         self._threads = [_thread(self._listen)]
 

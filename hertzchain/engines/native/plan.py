@@ -183,7 +183,7 @@ _KNOWN_RATIOS, _KNOWN_DURATIONS, _KNOWN_GRANULES = (0.05, 10.0), (1.1, 60.0), 50
 
 _FIRST_RTOL_RATIO, _LARGEST_FIRST_RTOL = 64.0, 2.5e-5
 """Wanted accuracy over that of the plan that such scenes try first where first pulses are wanted,
-and its largest: the method of looser plans is more erratic. Measured with 264 scenes of eleven
+and its largest (chosen). Measured with 264 scenes of eleven
 kinds at 1e-4, 1e-6 and 1e-8: at 48 the work is the same; at 24 three of ten need a second plan and
 all together 1.2 times the work, though the shipped dimer takes 0.8."""
 

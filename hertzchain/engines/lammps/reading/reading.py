@@ -241,6 +241,7 @@ class Interpreter:
     def _if(self, values: list[str], _: int, where: Executed) -> None:
         if len(values) < 3 or values[1] != "then":
             raise RunFailed("if needs a condition in quotes, then, and commands in quotes")
+        self._rules.refuse_environment(values)
         body: list[str] = []
         k, commands = 0, 2  # "then" stands only after the first condition
         while k < len(values):
@@ -322,9 +323,15 @@ def _value_of(keyword: str, value: str) -> str:
     """Return the value of a keyword of ``run`` as LAMMPS takes it; RunFailed for any other."""
     if keyword in ("start", "stop"):
         return str(steps_of(value))
-    if value not in ("yes", "no"):
+    if value not in _YES_OR_NO:
         raise RunFailed(f"run {keyword} {value} is neither yes nor no")
-    return value
+    return _YES_OR_NO[value]
+
+
+_YES_OR_NO = dict.fromkeys(("yes", "on", "true"), "yes") | dict.fromkeys(
+    ("no", "off", "false"), "no"
+)
+"""How LAMMPS reads a logical value."""
 
 
 def _need(values: list[str], least: int, name: str) -> None:

@@ -300,6 +300,9 @@ _OF_MOLECULES = frozenset(("offset", "toff", "boff", "aoff", "doff", "ioff", "sc
 _COMPRESSED = (".gz", ".bz2", ".zst", ".xz", ".lzma", ".lz4", ".Z")
 """Ends of names of files that LAMMPS reads through a shell."""
 
+_ENVIRONMENT = "ValueOfTheEnvironment"
+"""Text in place of a value that the environment would give."""
+
 Given = tuple[list[str] | None, str | None]
 """Words of the command for LAMMPS, or None; and the reason for a change."""
 
@@ -315,12 +318,14 @@ class Rules:
 
     folders: tuple[Path, ...]
     missing: set[str] = field(default_factory=set)  # fixes
+    environment: set[str] = field(default_factory=set)  # variables
 
     def decide(self, words: list[str]) -> Given:
         """Return the command to give (or None), and why it was changed; RunFailed to refuse it."""
         name = words[0]
         if name in _LEFT_OUT:
             return None, _LEFT_OUT[name]
+        self.refuse_environment(words)
         if not name.replace("_", "").replace("/", "").isalnum():
             raise RunFailed("is not a LAMMPS command: must be an input script, as lmp -in reads it")
         if name not in _CARRIED_OUT:
@@ -334,6 +339,14 @@ class Rules:
             "read_data": self._reads, "molecule": self._reads,
         }  # fmt: skip
         return changes[name](words) if name in changes else (words, None)
+
+    def refuse_environment(self, words: list[str]) -> None:
+        """Raise RunFailed for words with a variable of the environment, or with its value."""
+        names = "|".join(map(re.escape, self.environment)) or "(?!)"
+        if any(_ENVIRONMENT in word or re.search(rf"\$\{{?({names})\b", word) for word in words):
+            raise RunFailed(
+                "uses a variable of the environment: give its value in the deck, or by --var"
+            )
 
     def path(self, name: str) -> Path:
         """Return the path of a file that the deck names; RunFailed if it may not be read."""
@@ -390,8 +403,10 @@ class Rules:
         if len(words) < 3:
             return words, None
         _, name, style, *values = words
-        if style == "getenv":  # a word, so that no number is made of it
-            return ["variable", name, "string", "environment"], "the environment is not the deck's"
+        self.environment.discard(name)
+        if style == "getenv":  # a word, which commands that are left out may use
+            self.environment.add(name)
+            return ["variable", name, "string", _ENVIRONMENT], "the environment is not the deck's"
         if style not in _VARIABLES:
             raise _refused(f"a variable of style {style}", "variables")
         if style == "format":
@@ -446,9 +461,12 @@ def _check_formats(words: list[str]) -> None:
 
 def _without_files(words: list[str]) -> Given:
     """A command without the files that it would write."""
-    names = {k for k, word in enumerate(words[:-1]) if k >= 2 and word in _FILE_KEYWORDS}
-    kept = [word for k, word in enumerate(words) if not {k, k - 1} & names]
-    return kept, "it would write a file: carried out without" if names else None
+    kept = words[:2]
+    rest = iter(words[2:])
+    for word in rest:
+        if word not in _FILE_KEYWORDS or next(rest, None) is None:
+            kept.append(word)
+    return kept, "it would write a file: carried out without" if kept != words else None
 
 
 def shown(text: str) -> str:

@@ -29,6 +29,9 @@ WRONG: dict[str, tuple[str, str | None, str]] = {
     "a value of the environment": (
         "variable e getenv HOME\nfix z all addforce ${e} 0 0", None, "environment",
     ),
+    "a condition on the environment": (
+        'variable e getenv HOME\nif "${e} == a" then "run 1"', None, "environment: give its value",
+    ),
     "fewer granules": (
         "", "run 10\ngroup last id 4\ndelete_atoms group last\nrun 10", "makes or deletes granules",
     ),
@@ -100,7 +103,7 @@ create_atoms 1 mesh there => refused
 timer timeout 1 =>
 timer full => timer full
 variable a python f => refused
-variable a getenv HOME => variable a string environment
+variable a getenv HOME => variable a string ValueOfTheEnvironment
 variable a equal 1 => variable a equal 1
 variable a => variable a
 variable a shell ls => refused
