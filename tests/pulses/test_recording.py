@@ -169,8 +169,10 @@ def test_files_of_oscilloscopes_have_times_and_units(maker: str, tmp_path: Path)
         ("Start,2026-11-28\nIncrement,1 us\ntime_s,force_N\n", "{t},{f}"),
         ("X;CH1;Start;Increment\nSequence;N;0,0;5,0e-01\n", "{k};{f}"),
         ("X,CH1,Start,Increment\nSequence,N,0.0,5.0e-01\n", "{k},{f},,"),
+        ("Start,Increment\n0.0,5.0e-01\nTime,CH1\ns,N\n", "{k}.0,{f}"),
+        ("Start,Increment\n0.0,5.0e-01\nX,CH1\nSequence,N\n", "{k:05d},{f}"),
     ],
-    ids=["times of its own", "words", "decimal commas", "counts"],
+    ids=["times of its own", "words", "decimal commas", "counts", "1.0", "00001"],
 )
 def test_times_are_those_of_a_column_unless_it_counts(
     header: str, form: str, tmp_path: Path
