@@ -20,7 +20,7 @@ from hertzchain.errors import HertzchainError
 _START_SECONDS = 60.0  # seconds after which a start of LAMMPS counts as hanging (chosen)
 
 PACKAGES = (
-    *("hertzchain", "numpy", "scipy", "pandas", "matplotlib", "ase"),
+    *("hertzchain", "numpy", "scipy", "pandas", "matplotlib", "ase", "filelock"),
     *("jinja2", "numba", "pint", "pyarrow", "rich", "tomli-w", "typer"),
 )
 

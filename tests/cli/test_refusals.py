@@ -98,7 +98,7 @@ plot swept --x LM_ratio --y p --where profile => --where profile; NAME=VALUE
 plot swept --x LM_ratio --y p --where backend=native --where backend=lammps => --where backend; twice
 plot . --x LM_ratio --y p => .: is not a sweep, must be what hertzchain sweep -o wrote
 plot no --x LM_ratio --y p => no: is not a sweep, must be what hertzchain sweep -o wrote
-plot begun --x LM_ratio --y p => not measured yet
+plot begun --x LM_ratio --y p => the sweep has no rows yet: run the same sweep
 fit scene.toml tiny.csv --free chain.density --own-clocks --no-shift => --own-clocks: cannot go with --no-shift; leave one
 fit scene.toml tiny.csv --free chain.density => peak forces: must be from 1e-60 to 1e+60 N
 pulse scope.csv => column 2 (CH1) is in V; --scale
