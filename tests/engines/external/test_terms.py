@@ -113,7 +113,7 @@ REFUSED: list[tuple[Callable[[hc.Scene], object], hc.Scene, str]] = [
     (HISTORY, struck(3, contact=VISCOELASTIC), OF_ONE_LAW),
     (HISTORY, hc.Scene(hc.Chain(3, 4e-3, density=8e3, stiffness=1e9), PULSE), OF_ONE_LAW),
     (partial(lammps_deck.set_up, version="20240828"), struck(2, contact=RESTITUTION),
-     "LAMMPS of 20240828 cannot run this scene with its restitution: take LAMMPS of 29 Aug 2024 or later"),
+     "LAMMPS of 20240828 cannot run this scene with its restitution: take LAMMPS of 29 Aug 2024"),
     (partial(lammps_deck.set_up, version="20210928"), struck(2, contact=VISCOELASTIC),
      "take LAMMPS of 29 Sep 2021 or later"),
     (lammps_deck.set_up, struck(101, radius=RADII, contact=VISCOELASTIC),
