@@ -122,7 +122,10 @@ def times_of(tree: Path) -> Times:
 def git(*arguments: str) -> subprocess.CompletedProcess[str]:
     """Run git on this clone."""
     command = ["git", "-C", str(ROOT), *arguments]
-    return subprocess.run(command, capture_output=True, text=True, check=False)  # noqa: S603
+    try:
+        return subprocess.run(command, capture_output=True, text=True, check=False)  # noqa: S603
+    except OSError as problem:  # git is not installed
+        return subprocess.CompletedProcess(command, 1, "", str(problem))
 
 
 @contextlib.contextmanager
