@@ -156,8 +156,8 @@ def in_words(scene: Scene, number: str, factor: float) -> str:
             names = ["another unit, or another applied force at the same LM_ratio"]
         else:  # by dimensions the peaks of a collision go as modulus^(2/5) (mass speed^2)^(3/5)
             modulus, mass, speed = factor ** (5 / 2), factor ** (5 / 3), factor ** (5 / 6)
-            names = [f"another unit, a modulus {modulus:.4g} times, a mass {mass:.4g} times"]
-            names[0] += f" or a speed {speed:.4g} times that of the scene"
+            others = f"a modulus {modulus:.4g} times, a mass {mass:.4g} times"
+            names = [f"another unit, {others} or a speed {speed:.4g} times that of the scene"]
     return _named(text, names)
 
 

@@ -178,7 +178,6 @@ _ALONG = (
 _BY_NAME = _OF_KEYS | {column.name: column for column in (*ALL, *FOUND_COLUMNS, *_ALONG)}
 
 RESULTS = {column.name for column in FOUND_COLUMNS}
-COUNTS = tuple(column.name for column in FOUND_COLUMNS if column.kind == "int")  # 0: missing
 TEXT = tuple(name for name, column in _BY_NAME.items() if column.kind == "str")
 
 

@@ -344,9 +344,7 @@ class Rules:
         """Raise RunFailed for words with a variable of the environment, or with its value."""
         names = "|".join(map(re.escape, self.environment)) or "(?!)"
         if any(_ENVIRONMENT in word or re.search(rf"\$\{{?({names})\b", word) for word in words):
-            raise RunFailed(
-                "uses a variable of the environment: give its value in the deck, or by --var"
-            )
+            raise RunFailed("uses a variable of the environment: give its value in the deck")
 
     def path(self, name: str) -> Path:
         """Return the path of a file that the deck names; RunFailed if it may not be read."""
