@@ -14,7 +14,7 @@ import pytest
 import hertzchain as hc
 from hertzchain import files
 from hertzchain.errors import SceneError
-from hertzchain.scene.shocks import read_table
+from hertzchain.scene.file import read_table
 from tests.effort import effort
 from tests.places import ROOT
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 import re
 import tomllib
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import MISSING, asdict, fields, replace
 from pathlib import Path
 from typing import Any, TypeVar
 
 from hertzchain.errors import SceneError, did_you_mean, require
-from hertzchain.files import read_bytes
+from hertzchain.files import read_bytes, read_rows
 from hertzchain.scene.chain import MATERIAL, MOST_UNLIKE_GRANULES, Chain
 from hertzchain.scene.keys import Key, Section, keys_of, to_si
 from hertzchain.scene.schedule import Run
@@ -26,10 +26,6 @@ from hertzchain.scene.shocks import (
     Sine,
     Striker,
     Trapezoid,
-    columns_of,
-    read_columns,
-    read_table,
-    text_of,
 )
 from hertzchain.scene.terms import (
     OF_GRANULES,
@@ -60,8 +56,77 @@ _COLUMNS = {
 _OPTIONAL_COLUMNS = tuple(name for name in _COLUMNS if _COLUMNS[name] not in ("radius", "gap"))
 """Columns that may be absent; those of the material only where others take their place."""
 
+_Shock = TypeVar("_Shock", bound=Shock)
+
 _LARGEST_TABLE_BYTES = 50_000_000
 """Size of a table of granules [bytes], chosen: 500,000 rows."""
+
+_LARGEST_SHOCK_BYTES = 5_000_000
+"""Size of a table of a shock [bytes], chosen: about 200,000 rows, read in a second and run in a
+minute.
+"""
+
+
+def columns_of(shock: Shock) -> dict[str, Sequence[float]]:
+    """Return the columns of a shock's table by name; empty if it has no table."""
+    if shock.column is None or not shock.rows:
+        return {}
+    time, values = zip(*shock.rows, strict=True)
+    return {"time_s": time, shock.column[1]: values}
+
+
+def text_of(columns: Mapping[str, Sequence[float]]) -> str:
+    """Return the text of a CSV file with these columns; truth values are written as 0 or 1."""
+    rows = (",".join(repr(+value) for value in row) for row in zip(*columns.values(), strict=True))
+    return "\n".join([",".join(columns), *rows]) + "\n"
+
+
+def read_columns(
+    path: Path,
+    key: str,
+    name: str | None,
+    most: int,
+    names: Collection[str],
+    optional: Collection[str] = (),
+) -> dict[str, tuple[float, ...]]:
+    """Return the columns of a CSV file of numbers, of at most ``most`` bytes, by their names.
+
+    A SceneError says what is wrong; ``key`` and ``name`` are those of the file in a scene file.
+    """
+    try:
+        header, rows = read_rows(path, most)
+    except ValueError as problem:
+        allowed = f"cannot be read ({problem}); must be a CSV file"
+        raise SceneError(key, name, allowed, None if name else path) from None
+    required = [column for column in names if column not in optional]
+    allowed = f"must be {','.join(required)}"
+    allowed += f", and perhaps {', '.join(optional)}" if optional else ""
+    for column in (column for column in header if column not in names):
+        raise SceneError("column", column, f"is unknown: the first line {allowed}", path)
+    if sorted(header) != sorted({*header, *required}):
+        raise SceneError("first line", ",".join(header), allowed, path)
+    values = []
+    for number, row in enumerate(rows, start=1):
+        try:
+            values.append([float(cell) for cell in row])
+        except ValueError:
+            values.append([])
+        if len(values[-1]) != len(header):
+            allowed = f"must be {len(header)} numbers, {','.join(header)}"
+            raise SceneError(f"row {number}", ",".join(row), allowed, path)
+    return {column: tuple(row[k] for row in values) for k, column in enumerate(header)}
+
+
+def read_table(kind: type[_Shock], path: Path, name: str | None = None) -> _Shock:
+    """Read a shock from a CSV file with the header ``time_s`` and the column of its values."""
+    assert kind.column is not None
+    field, column = kind.column
+    columns = read_columns(path, "shock.file", name, _LARGEST_SHOCK_BYTES, ("time_s", column))
+    given: dict[str, Any] = {"time": columns["time_s"], field: columns[column]}
+    try:
+        return kind(**given, file=name or str(path))  # type: ignore[call-arg]
+    except SceneError as problem:
+        raise problem.in_file(path) from None
 
 
 def expand(defaults: Chain, segments: Any) -> Chain:

@@ -21,6 +21,7 @@ from hertzchain.engines.lammps.deck import force_formula
 from hertzchain.engines.native.plan import METHODS
 from hertzchain.engines.native.simulation import simulate
 from hertzchain.errors import RunFailed, SceneError, TooExpensive
+from hertzchain.scene.file import read_table
 from hertzchain.scene.schedule import Leg, lay_steps
 from hertzchain.scene.shocks import (
     PROFILES,
@@ -29,7 +30,6 @@ from hertzchain.scene.shocks import (
     Shape,
     Stroke,
     profile_named,
-    read_table,
 )
 from tests.conftest import STEEL
 
