@@ -1,17 +1,18 @@
-"""The chain of granules, and its natural units."""
+"""The chain of granules, its natural units, and its granules and contacts one by one."""
 
 from __future__ import annotations
 
-import functools
 import math
 import reprlib
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from hertzchain.arrays import Quantity
+from hertzchain.arrays import FloatArray, Quantity
 from hertzchain.contact import hertz
 from hertzchain.errors import require
 from hertzchain.scene.keys import Key, check, key, keys_of, optional
@@ -138,13 +139,13 @@ class Chain:
         allowed = "is a single number only in a chain of like granules: see Scene.granules"
         require(not unlike, what, None, allowed)
 
-    @functools.cached_property
+    @cached_property
     def granule_mass(self) -> float:
         """Mass m = 4/3 pi R^3 rho of each granule of a uniform chain [kg]."""
         self.require_uniform("granule_mass")
         return granule_mass(self.radius, self.density)  # type: ignore[no-any-return]
 
-    @functools.cached_property
+    @cached_property
     def contact_stiffness(self) -> float:
         """A in F = A overlap^(3/2) of a uniform chain [N m^(-3/2)]."""
         self.require_uniform("contact_stiffness")
@@ -176,6 +177,161 @@ def granule_mass(radius: Quantity, density: Quantity) -> Any:
 def equal_modulus(stiffness: Quantity, radius: Quantity) -> Any:
     """E of equal spheres of nu = 0 whose contact has a stiffness [Pa]; numbers or arrays."""
     return 3 * stiffness / np.sqrt(2 * radius)
+
+
+def contact_mass(mass: FloatArray, contacts: int) -> FloatArray:
+    """m* of contacts [kg], (contacts,), from the masses of granules, some perhaps infinite."""
+    with np.errstate(invalid="ignore"):
+        pairs = together(mass)
+    held = np.isinf(mass)
+    pairs = np.where(held[:-1], mass[1:], np.where(held[1:], mass[:-1], pairs))
+    return np.concatenate([pairs, mass[-1:]])[:contacts]
+
+
+def together(values: FloatArray) -> FloatArray:
+    """1 / (1/a + 1/b) of neighbours a and b, shape (granules - 1,)."""
+    return values[:-1] * values[1:] / (values[:-1] + values[1:])
+
+
+@dataclass(frozen=True, eq=False)
+class Granules:
+    """Every granule and every contact of a scene, in SI units.
+
+    The first contact is that between granules 1 and 2; where there is a wall, its contact is the
+    last. A near wall is one more body, in front of the N granules: fixed, as large as granule 1, of
+    the wall's material. It makes the first contact, with the stiffness of a plane.
+
+    Parameters
+    ----------
+    radius, young_modulus, poisson_ratio, density
+        Properties of each granule [m], [Pa], 1, [kg/m^3], shape (bodies,). For a measured stiffness
+        or mass they are those of a sphere that has it next to an equal one.
+    mass
+        Mass of each granule [kg], shape (bodies,); infinite for a piston and fixed ones.
+    velocity
+        Velocity of each granule at the start [m/s], shape (bodies,).
+    stiffness
+        A in F = A overlap^(3/2) of each contact [N m^(-3/2)], shape (contacts,).
+    gap
+        Gap of each contact at the start [m], shape (contacts,).
+    constant_force
+        Gravity and precompression on each granule, along the chain [N], shape (bodies,); 0 for a
+        piston.
+    static_force
+        Force in each contact at the start [N], shape (contacts,).
+    damping
+        c of each contact [N s m^-(1+q)], shape (contacts,), see ``Contact``; None without damping.
+    length
+        Length of each granule between its contacts [m], shape (bodies,); None for the diameter.
+    """
+
+    radius: FloatArray
+    young_modulus: FloatArray
+    poisson_ratio: FloatArray
+    density: FloatArray
+    mass: FloatArray
+    velocity: FloatArray
+    stiffness: FloatArray
+    gap: FloatArray
+    constant_force: FloatArray
+    static_force: FloatArray
+    damping: FloatArray | None = None
+    is_fixed: Any = False
+    has_near_wall: bool = False
+    length: FloatArray | None = None
+
+    @property
+    def fixed(self) -> NDArray[np.intp]:
+        """Granules that never move, counted from 0."""
+        return np.flatnonzero(self.is_fixed)
+
+    @cached_property
+    def static_overlap(self) -> FloatArray:
+        """Overlap of each contact at the start [m], shape (contacts,)."""
+        return np.asarray(hertz.overlap_of(self.stiffness, self.static_force))
+
+    @cached_property
+    def position(self) -> FloatArray:
+        """Centre of each body at the start, the first at 0 [m], shape (bodies,)."""
+        return self._centres(self.radius)
+
+    @property
+    def place(self) -> FloatArray:
+        """The same by the lengths of the granules, where these are not their diameters."""
+        return self.position if self.length is None else self._centres(self.reach)
+
+    @property
+    def reach(self) -> FloatArray:
+        """Distance from the centre of each granule to its contacts [m], shape (bodies,)."""
+        return self.radius if self.length is None else self.length / 2
+
+    def _centres(self, reach: FloatArray) -> FloatArray:
+        apart = reach[:-1] + reach[1:]
+        contacts = apart.size
+        apart = apart + self.gap[:contacts] - self.static_overlap[:contacts]
+        return np.concatenate([[0.0], np.cumsum(apart)])
+
+    @property
+    def closing(self) -> FloatArray:
+        """Speed with which each contact closes at the start [m/s], shape (contacts,); 0 if not."""
+        velocity = np.append(self.velocity, 0.0)
+        return np.asarray(np.maximum(velocity[:-1] - velocity[1:], 0)[: self.stiffness.size])
+
+    @property
+    def force_at_start(self) -> float:
+        """Largest peak of contacts that close at the start, each alone [N]; 0 where none does."""
+        return float(np.max(hertz.impact_force(self.stiffness, self.contact_mass, self.closing)))
+
+    @property
+    def as_if_free(self) -> Granules:
+        """Return the same granules with finite masses of fixed ones, as if these were free."""
+        mass = granule_mass(self.radius, self.density)
+        return replace(self, mass=np.where(self.is_fixed, mass, self.mass))
+
+    @property
+    def moved(self) -> FloatArray:
+        """Momentum of each granule at the start [N s], shape (granules,); 0 for a piston."""
+        held = np.isinf(self.mass)
+        return np.asarray(np.where(held, 0.0, self.mass) * np.where(held, 0.0, self.velocity))
+
+    @cached_property
+    def contact_mass(self) -> FloatArray:
+        """m* = m1 m2 / (m1 + m2) of each contact [kg], shape (contacts,).
+
+        At a wall it is the mass of the last granule, at a piston that of granule 2.
+        """
+        return contact_mass(self.mass, self.stiffness.size)
+
+    def reached_from(self, sources: Any) -> NDArray[np.bool_]:
+        """Tell which contacts no fixed granule separates from all of some granules, (contacts,).
+
+        ``sources`` is true for these granules, shape (granules,).
+        """
+        part = np.cumsum(np.broadcast_to(self.is_fixed, self.mass.size))
+        return np.isin(part[: self.stiffness.size], part[sources])
+
+    @property
+    def contact_radius(self) -> FloatArray:
+        """R* of each contact [m], shape (contacts,); at a wall R of its granule."""
+        radius = np.append(together(self.radius), self.radius[-1])[: self.stiffness.size]
+        if self.has_near_wall:
+            radius[0] = self.radius[1]
+        return radius
+
+    def ahead_of(self, place: int) -> tuple[float, float]:
+        """A [N m^(-3/2)] and 2 m* [kg] of the contact ahead of a granule; the last: behind it."""
+        k = min(place, self.stiffness.size - 1)
+        return float(self.stiffness[k]), 2 * float(self.contact_mass[k])
+
+
+def like_granules(chain: Chain) -> Granules:
+    """Return the granules of a uniform free chain, whose numbers are exactly the chain's own."""
+    count = chain.granules
+    values: Any = {key: np.full(count, getattr(chain, key)) for key in MATERIAL}
+    stiffness, none = np.full(count - 1, chain.contact_stiffness), np.zeros(count)
+    mass = np.full(count, chain.granule_mass)
+    return Granules(**values, mass=mass, velocity=none, stiffness=stiffness, gap=none[1:],
+                    constant_force=none, static_force=none[1:])  # fmt: skip
 
 
 def short_repr(part: Any) -> str:

@@ -26,12 +26,13 @@ from hertzchain.scene.chain import (
     MOMENTUM_IN_NATURAL_UNITS,
     MOST_UNLIKE_GRANULES,
     Chain,
+    Granules,
     NaturalUnits,
     force_scale,
     length_and_time,
+    like_granules,
 )
 from hertzchain.scene.file import OTHERS, key_named, read_parts, texts_of
-from hertzchain.scene.granules import Granules, granules_of, like_granules
 from hertzchain.scene.keys import Positive, keys_of
 from hertzchain.scene.schedule import (
     Leg,
@@ -63,6 +64,7 @@ from hertzchain.scene.terms import (
     Precompression,
     Uncertain,
     Wall,
+    granules_of,
 )
 from hertzchain.shown import Shown
 

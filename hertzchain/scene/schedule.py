@@ -12,8 +12,12 @@ import numpy as np
 from hertzchain.arrays import FloatArray, Quantity
 from hertzchain.contact import hertz
 from hertzchain.errors import TooExpensive
-from hertzchain.scene.chain import MOMENTUM_IN_NATURAL_UNITS, NaturalUnits, length_and_time
-from hertzchain.scene.granules import Granules
+from hertzchain.scene.chain import (
+    MOMENTUM_IN_NATURAL_UNITS,
+    Granules,
+    NaturalUnits,
+    length_and_time,
+)
 from hertzchain.scene.keys import check, optional
 from hertzchain.scene.shocks import Piston, Ramp, Stroke
 

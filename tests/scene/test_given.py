@@ -15,8 +15,8 @@ from hypothesis import strategies as st
 
 import hertzchain as hc
 from hertzchain.errors import OutputError, SceneError
+from hertzchain.scene.file import STARTERS, write_starter
 from hertzchain.scene.scene import unusual_values
-from hertzchain.scene.starters import STARTERS, write_starter
 from tests.conftest import STEEL, paper_scene
 from tests.scene.test_refused import text_of
 from tests.scene.test_scene import CHAIN, scene_of
