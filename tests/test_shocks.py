@@ -22,9 +22,10 @@ from hertzchain.report.contents import of_comparison
 from hertzchain.report.document import describe
 from hertzchain.report.files import plot_times
 from hertzchain.report.page import page_of
-from hertzchain.scene.file import SHOCKS, STARTERS, sections_of, write_starter
+from hertzchain.scene.file import SHOCKS, sections_of
 from hertzchain.scene.keys import keys_of
 from hertzchain.scene.shocks import Shock
+from hertzchain.scene.starters import STARTERS, write_starter
 from hertzchain.slips import with_rise_time
 from hertzchain.verdict.check import formulas
 from tests.command_line import Command

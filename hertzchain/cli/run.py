@@ -16,7 +16,7 @@ from hertzchain.engines.registry import ENGINES, compared_by_default
 from hertzchain.errors import HertzchainError, OutputError, require
 from hertzchain.files import check_outputs
 from hertzchain.limits import RTOL
-from hertzchain.scene.file import STARTERS, files_of, title_of, write_starter
+from hertzchain.scene.starters import NAMES, files_of, title_of, write_starter
 
 if TYPE_CHECKING:
     from hertzchain.arrays import FloatArray
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from hertzchain.scene.scene import Scene
 
 
-Starter = StrEnum("Starter", {name.upper(): name for name in STARTERS})  # type: ignore[misc]
+Starter = StrEnum("Starter", {name.upper(): name for name in NAMES})  # type: ignore[misc]
 """The scenes to start from, as choices of an option."""
 
 PULSE = Starter("pulse")

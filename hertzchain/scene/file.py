@@ -1,9 +1,8 @@
-"""Scene files: the parts of a scene from TOML, and back; commented files to start from."""
+"""Scene files: the parts of a scene from TOML, and back."""
 
 from __future__ import annotations
 
 import itertools
-import json
 import math
 import re
 import tomllib
@@ -13,8 +12,8 @@ from dataclasses import MISSING, asdict, fields, replace
 from pathlib import Path
 from typing import Any, TypeVar
 
-from hertzchain.errors import OutputError, SceneError, did_you_mean, require
-from hertzchain.files import read_bytes, read_rows, write_texts
+from hertzchain.errors import SceneError, did_you_mean, require
+from hertzchain.files import read_bytes, read_rows
 from hertzchain.scene.chain import MATERIAL, MOST_UNLIKE_GRANULES, Chain
 from hertzchain.scene.keys import Key, Section, keys_of, to_si
 from hertzchain.scene.schedule import Run
@@ -351,10 +350,6 @@ _Kind = TypeVar("_Kind")
 
 _LARGEST_FILE_BYTES = 100_000
 """Largest size of a scene file [bytes], chosen; the one of `make demo` has 500."""
-_MOST_DOTS_IN_LINE = 200
-"""Most dots in a line (chosen): tomllib's time grows as the square of the dots of a key, to 35 s at
-32,000.
-"""
 
 
 def read_parts(path: Path) -> dict[str, Any]:
@@ -393,10 +388,7 @@ def _load(path: Path) -> dict[str, Any]:
         allowed = f"cannot be read ({reason}), must be a TOML file"
         raise SceneError("", None, allowed, path) from None
     try:
-        text = content.decode("utf-8-sig")
-        if any(line.count(".") > _MOST_DOTS_IN_LINE for line in text.split("\n")):
-            raise ValueError(f"a line with more than {_MOST_DOTS_IN_LINE} dots")  # noqa: TRY301
-        return tomllib.loads(text)
+        return tomllib.loads(content.decode("utf-8-sig"))
     except UnicodeDecodeError:
         raise SceneError("", None, "is not TOML: save it as UTF-8 text", path) from None
     except (ValueError, RecursionError) as problem:  # not TOML, or nested too deeply
@@ -557,46 +549,3 @@ def _section(
             require(item.default is not MISSING, f"{name}.{item.name}", None, missing)
     with _errors_of(f"{name}.", section=section):
         return kind(**{key: value for key, value in values.items() if key in keys})
-
-
-# Files to start from
-
-_NAMES = (
-    *("pulse", "half-sine", "pulse-table", "striker", "wall", "dimer", "cradle", "precompressed"),
-    *("free-striker", "damped", "piston", "sine", "local", "clamped", "two-walls"),
-)
-
-STARTERS = {name: Path(__file__).with_name("starter_files") / f"{name}.toml" for name in _NAMES}
-"""Scene files by name, in the order in which they are listed; a CSV file is the table of one."""
-
-
-def title_of(name: str) -> str:
-    """Return what a starter describes, the first line of its file."""
-    return STARTERS[name].read_text(encoding="utf-8").partition("\n")[0].removeprefix("# ")
-
-
-def write_starter(name: str, path: Path) -> list[Path]:
-    """Write a scene file to start from and its pulse table, if any; return the files in order.
-
-    The table is named as the scene file, with the suffix .csv. An OutputError says what cannot be
-    written; then no file is.
-    """
-    files, sources = files_of(name, path), [STARTERS[name], STARTERS[name].with_suffix(".csv")]
-    texts = [source.read_text(encoding="utf-8") for source in sources[: len(files)]]
-    table_name = json.dumps(files[-1].name, ensure_ascii=False)
-    texts[0] = texts[0].replace(f'"{sources[1].name}"', table_name)
-    write_texts(dict(zip(files, texts, strict=True)))
-    return files
-
-
-def files_of(name: str, path: Path) -> list[Path]:
-    """Return the files that ``write_starter`` writes; an OutputError if two have the same name."""
-    if not STARTERS[name].with_suffix(".csv").exists():
-        return [path]
-    table = path.with_suffix(".csv")
-    if table == path:
-        raise OutputError(
-            f"{path}: is the name of the pulse table, which is the scene's name with .csv: name"
-            f" the scene {path.with_suffix('.toml')}"
-        )
-    return [path, table]

@@ -65,33 +65,19 @@ def to_si(key: str, value: object, unit: str) -> float:
             return float(value)
         except OverflowError:
             raise SceneError(key, value, f"must be finite: {example}") from None
-    short = isinstance(value, str) and len(value) <= _MOST_QUANTITY_CHARS
-    match = _QUANTITY.fullmatch(value) if short and isinstance(value, str) else None
+    is_short = isinstance(value, str) and len(value) <= _MOST_QUANTITY_CHARS
+    match = _QUANTITY.fullmatch(str(value)) if is_short else None
     if match is None:
-        meant = _meant(value) if short and isinstance(value, str) else None
-        hint = "" if meant is None else f'; did you mean "{meant}"?'
-        raise SceneError(key, value, f"must be {example}{hint}")
+        raise SceneError(key, value, f"must be {example}")
     number = float(match["number"])
     if match["unit"] is None:
         return number
-    factor = _UNITS.get(unit, {}).get(match["unit"])
-    if factor is None:
-        converted = _by_pint(key, value, number, match["unit"], unit, example)
-    else:
+    if (factor := _UNITS.get(unit, {}).get(match["unit"])) is not None:
         converted = number * factor
+    else:
+        converted = _by_pint(key, value, number, match["unit"], unit, example)
     # 8.5 g/cm^3 is 8500 kg/m^3, not 8499.999999999998; a value in SI is not changed.
     return number if converted == number else float(f"{converted:.15g}")
-
-
-def _meant(value: str) -> str | None:
-    """Return the quantity meant by a text with a decimal comma, or with powers without their sign.
-
-    None for any other text.
-    """
-    with_point = re.sub(r"^(\s*[-+]?\d+),(\d+)", r"\1.\2", value)
-    with_powers = re.sub(r"(?<=[^\W\d])(?<![eE])(\d)(?!\w)", r"^\1", with_point)
-    right = with_powers != value and _QUANTITY.fullmatch(with_powers)
-    return with_powers.strip() if right else None
 
 
 # Pint knows these units too, but loading it takes half a second, a thousand times as long as a run.

@@ -646,37 +646,19 @@ def to_scene(given: SceneLike) -> Scene:
     return given if isinstance(given, Scene) else Scene.from_toml(os.fspath(given))
 
 
-_LEAST_UNCERTAINTY = 1e-9
-"""Least usual standard deviation over the value (chosen): a fit to simulated forces gives 1e-7."""
-
-
 def unusual_values(scene: Scene) -> list[str]:
-    """Return values that may have a wrong unit, each with its key and the usual range.
-
-    Zero is never returned.
-    """
+    """Return values that may have a wrong unit, each with its key and the usual range."""
     parts: dict[str, Any] = {"chain": scene.chain, scene.shock.section: scene.shock}
     parts |= {name: getattr(scene, name) for name in OTHERS}
-    remarks = [
-        remark
+    values = {
+        f"{name}.{key}": getattr(part, key)
         for name, part in parts.items()
         if part is not None
         for key in keys_of(type(part))
-        if (remark := unusual(f"{name}.{key}", getattr(part, key))) is not None
-    ]
+    }
     if scene.shock.rows and scene.ramps:  # the forces of a table are not keys
-        remarks += filter(None, [unusual("shock.peak_force", scene.peak_force)])
-    for uncertain in scene.uncertain:
-        section, _, key = uncertain.key.partition(".")
-        value = np.max(np.abs(np.asarray(getattr(parts.get(section), key, 0.0), np.float64)))
-        if not uncertain.relative and uncertain.size < _LEAST_UNCERTAINTY * value:
-            scene_key = key_named(uncertain.key)
-            unit = f" {scene_key.unit}" if scene_key is not None and scene_key.unit else ""
-            remarks.append(
-                f"{uncertain.name} by {uncertain.size:g}{unit} ({uncertain.size / value:.1g} of"
-                f" {value:g}{unit})"
-            )
-    return remarks
+        values["shock.peak_force"] = scene.peak_force
+    return [*filter(None, itertools.starmap(unusual, values.items()))]
 
 
 def unusual(name: str, values: Any) -> str | None:

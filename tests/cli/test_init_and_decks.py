@@ -12,7 +12,7 @@ from xml.etree import ElementTree
 import pytest
 
 from hertzchain.cli.doctor import PACKAGES
-from hertzchain.scene.file import STARTERS, title_of
+from hertzchain.scene.starters import STARTERS, title_of
 from tests.cli.short_chain import GET_IT, scene_file
 from tests.command_line import Command, is_refused
 from tests.examiner.corpus import FOLDER

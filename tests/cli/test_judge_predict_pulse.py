@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from hertzchain.scene.file import write_starter
+from hertzchain.scene.starters import write_starter
 from tests.cli.short_chain import (
     CONTACTS,
     TABLE,

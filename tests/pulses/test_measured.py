@@ -22,8 +22,8 @@ from hertzchain.pulses.pulse import (
 from hertzchain.pulses.recording import Noise, Recording
 from hertzchain.report.console import plain_text
 from hertzchain.report.signals import _with_deviation, plot_pulse, print_pulse
-from hertzchain.scene.file import write_starter
 from hertzchain.scene.shocks import PulseTable, profile_named
+from hertzchain.scene.starters import write_starter
 from tests.conftest import STEEL
 from tests.recordings import DURATION, FORCE, GAIN, times, volts
 

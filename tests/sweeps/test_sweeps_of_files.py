@@ -18,7 +18,7 @@ import tomli_w
 
 import hertzchain as hc
 from hertzchain.errors import SceneError
-from hertzchain.scene.file import STARTERS, write_starter
+from hertzchain.scene.starters import STARTERS, write_starter
 from hertzchain.sweeps.columns import names_of, numbers_of
 from hertzchain.sweeps.design import design
 from tests.command_line import Command
