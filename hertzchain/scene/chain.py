@@ -199,46 +199,27 @@ class Granules:
 
     The first contact is that between granules 1 and 2; where there is a wall, its contact is the
     last. A near wall is one more body, in front of the N granules: fixed, as large as granule 1, of
-    the wall's material. It makes the first contact, with the stiffness of a plane.
-
-    Parameters
-    ----------
-    radius, young_modulus, poisson_ratio, density
-        Properties of each granule [m], [Pa], 1, [kg/m^3], shape (bodies,). For a measured stiffness
-        or mass they are those of a sphere that has it next to an equal one.
-    mass
-        Mass of each granule [kg], shape (bodies,); infinite for a piston and fixed ones.
-    velocity
-        Velocity of each granule at the start [m/s], shape (bodies,).
-    stiffness
-        A in F = A overlap^(3/2) of each contact [N m^(-3/2)], shape (contacts,).
-    gap
-        Gap of each contact at the start [m], shape (contacts,).
-    constant_force
-        Gravity and precompression on each granule, along the chain [N], shape (bodies,); 0 for a
-        piston.
-    static_force
-        Force in each contact at the start [N], shape (contacts,).
-    damping
-        c of each contact [N s m^-(1+q)], shape (contacts,), see ``Contact``; None without damping.
-    length
-        Length of each granule between its contacts [m], shape (bodies,); None for the diameter.
+    the wall's material. It makes the first contact, with the stiffness of a plane. Where a
+    stiffness or mass was measured, the material is that of a sphere that has it next to an equal
+    one.
     """
 
-    radius: FloatArray
-    young_modulus: FloatArray
+    # Of each body, shape (bodies,)
+    radius: FloatArray  # [m]
+    young_modulus: FloatArray  # [Pa]
     poisson_ratio: FloatArray
-    density: FloatArray
-    mass: FloatArray
-    velocity: FloatArray
-    stiffness: FloatArray
-    gap: FloatArray
-    constant_force: FloatArray
-    static_force: FloatArray
-    damping: FloatArray | None = None
+    density: FloatArray  # [kg/m^3]
+    mass: FloatArray  # [kg], infinite for a piston and fixed granules
+    velocity: FloatArray  # at the start [m/s]
+    # Of each contact, shape (contacts,)
+    stiffness: FloatArray  # A in F = A overlap^(3/2) [N m^(-3/2)]
+    gap: FloatArray  # at the start [m]
+    constant_force: FloatArray  # gravity and precompression on each body [N]; 0 for a piston
+    static_force: FloatArray  # in each contact at the start [N]
+    damping: FloatArray | None = None  # c of each contact [N s m^-(1+q)], see ``Contact``
     is_fixed: Any = False
     has_near_wall: bool = False
-    length: FloatArray | None = None
+    length: FloatArray | None = None  # of each body between its contacts [m]; None for the diameter
 
     @property
     def fixed(self) -> NDArray[np.intp]:

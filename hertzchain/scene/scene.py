@@ -28,7 +28,6 @@ from hertzchain.scene.chain import (
     Chain,
     Granules,
     NaturalUnits,
-    force_scale,
     length_and_time,
     like_granules,
 )
@@ -39,7 +38,6 @@ from hertzchain.scene.schedule import (
     Push,
     Run,
     lay_steps,
-    lay_strokes,
     squeezing_force,
     watched_time,
     watched_with_terms,
@@ -632,9 +630,7 @@ class Scene(Shown):
 
     def schedule(self, dt: Positive) -> tuple[Leg, ...]:
         """Return a run's steps of at most ``dt`` [s]; steps end at the shock's corners."""
-        if strokes := self.shock.strokes:
-            return lay_strokes(strokes, self.end_time, dt)
-        return lay_steps(self.ramps, self.end_time, dt)
+        return lay_steps(self.ramps, self.end_time, dt, self.shock.strokes)
 
 
 SceneLike = Scene | str | os.PathLike[str]
@@ -687,12 +683,6 @@ and corrections to the law are of the order of the overlap over the radius."""
 IMPOSSIBLE_OVERLAP = 1.0
 """Overlap over radius above which results are meaningless."""
 
-_LEAST_PEAK_OVER_SCALE = 0.43
-"""Fraction of the force scale that every largest peak exceeds. The smallest one measured is 0.454,
-for two granules under a triangular pulse of LM_ratio 1.97 and n 1.001; two granules pushed slowly
-have 0.5.
-"""
-
 
 def overlap_ratio(chain: Chain, peak_force: float) -> float:
     """Overlap of a contact under a force [N], over the radius R (Eq. 1 solved for the overlap)."""
@@ -710,15 +700,6 @@ def largest_overlap_ratio(scene: Scene, peak_force: FloatArray) -> float:
     smaller = np.append(np.minimum(granules.radius[:-1], granules.radius[1:]), granules.radius[-1])
     overlap = hertz.overlap_of(granules.stiffness, peak_force)
     return float(np.max(overlap / smaller[: overlap.size]))
-
-
-def refuse_hopeless_overlap(scene: Scene) -> None:
-    """Raise OverlapTooLarge, before a run, for a pulse or load certain to exceed the limit."""
-    if scene.is_plain and scene.pulse is not None and scene.run.end_time is None:
-        force = _LEAST_PEAK_OVER_SCALE * force_scale(scene.momentum_ratio) * scene.peak_force
-        refuse_deep_overlap(overlap_ratio(scene.chain, force))
-    if scene.precompression is not None:
-        refuse_deep_overlap(largest_overlap_ratio(scene, scene.granules.static_force))
 
 
 def refuse_deep_overlap(ratio: float, where: str = "") -> None:

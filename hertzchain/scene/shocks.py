@@ -20,28 +20,14 @@ from hertzchain.scene.keys import Key, Positive, alike, check, key, keys_of, opt
 
 @dataclass(frozen=True)
 class Shape:
-    """Shape of a ramp: how the force grows from 0 to 1 while s, the fraction of the ramp, does.
+    """Shape of a ramp: how the force grows from 0 to 1 while s, the fraction of the ramp, does."""
 
-    Parameters
-    ----------
-    growth, rate
-        The growth and its derivative at s, a number or an array.
-    area
-        The integral from 0 to 1.
-    formula
-        The growth in Python's words, {} for s, which is a quotient without brackets in decks.
-    code
-        Number of the formula in compiled loops, 1 linear and 2 cosine; None where they have none.
-    part
-        Where this shape starts and ends on the ramp of that formula.
-    """
-
-    growth: Callable[[Any], Any]
-    rate: Callable[[Any], Any]
-    area: float
-    formula: str
-    code: int | None = None
-    part: tuple[float, float] = (0.0, 1.0)
+    growth: Callable[[Any], Any]  # at s, a number or an array
+    rate: Callable[[Any], Any]  # derivative of the growth at s
+    area: float  # integral from 0 to 1
+    formula: str  # the growth in Python's words, {} for s, which is a quotient without brackets
+    code: int | None = None  # of the formula in compiled loops, 1 linear, 2 cosine; None: has none
+    part: tuple[float, float] = (0.0, 1.0)  # where the shape lies on the ramp of that formula
 
     @property
     def is_curved(self) -> bool:
@@ -147,21 +133,11 @@ class Ramp:
 
 @dataclass(frozen=True)
 class Stroke:
-    """A stroke: the piston moves at one velocity until its next stroke begins.
+    """A stroke: the piston moves at one velocity until its next stroke begins."""
 
-    Parameters
-    ----------
-    start
-        Time at which the stroke begins [s].
-    displacement
-        Displacement of the piston at that time [m].
-    velocity
-        Velocity from then on [m/s].
-    """
-
-    start: float
-    displacement: float
-    velocity: float
+    start: float  # [s]
+    displacement: float  # at that time [m]
+    velocity: float  # from then on [m/s]
 
     def displacement_at(self, time: float) -> float:
         """Displacement at a time of the stroke [m]."""

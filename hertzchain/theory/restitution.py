@@ -207,21 +207,11 @@ def _speed(damping: float, exponent: float, pulls: bool) -> float:
 
 @dataclass(frozen=True)
 class Parting:
-    """Two like spheres that meet head-on and part.
+    """Two like spheres that meet head-on and part."""
 
-    Parameters
-    ----------
-    restitution
-        Speed of parting over speed of closing.
-    speed
-        Speed of closing [m/s]; None where the restitution does not depend on it.
-    whose
-        Where the speed comes from; empty without one.
-    """
-
-    restitution: float
-    speed: float | None = None
-    whose: str = ""
+    restitution: float  # speed of parting over speed of closing
+    speed: float | None = None  # of closing [m/s]; None where the restitution does not depend on it
+    whose: str = ""  # where the speed comes from
 
 
 def parting(scene: Scene) -> Parting | None:

@@ -22,22 +22,12 @@ _POINTS_PER_GRANULE = 16  # eight points already give all digits
 
 @dataclass(frozen=True, eq=False)
 class SolitaryWave:
-    """A wave whose largest force is 1, in natural units.
+    """A wave whose largest force is 1, in natural units."""
 
-    Parameters
-    ----------
-    speed
-        c, granules per time unit.
-    force_integral
-        Integral of the force over x, the position in granules.
-    x, overlap
-        Position in the frame of the wave [granules] and overlap there, shape (points,).
-    """
-
-    speed: float
-    force_integral: float
-    x: FloatArray
-    overlap: FloatArray
+    speed: float  # c, granules per time unit
+    force_integral: float  # integral of the force over x
+    x: FloatArray  # position in the frame of the wave [granules], shape (points,)
+    overlap: FloatArray  # there, shape (points,)
 
     @property
     def shift(self) -> float:
