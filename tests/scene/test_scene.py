@@ -140,7 +140,11 @@ def test_default_end_time_vs_its_formula(momentum_ratio: float) -> None:
 def test_what_only_python_can_give_wrong(tmp_path: Path) -> None:
     with pytest.raises(SceneError, match="number of values of radius = 2: must be a number, or 3"):
         replace(CHAIN, granules=3, radius=[1.0, 2.0])
-    table = hc.Scene(CHAIN, hc.PulseTable((0.0, 1e-5), (0.0, 1.0)))
+    with pytest.raises(SceneError, match="rows of force_N = 1: must be 2, as those of time_s"):
+        hc.PulseTable((0.0, 1.0), (1.0,))
+    numpy = hc.PulseTable(tuple(np.array([0.0, 1e-5])), (0.0, 1.0))
+    assert {type(value) for value in numpy.time} == {float}
+    table = hc.Scene(CHAIN, numpy)
     with pytest.raises(SceneError, match=r"must not end in .csv"):
         table.to_toml(tmp_path / "a.csv")
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 import pytest
@@ -126,6 +125,9 @@ def test_units_of_a_collision() -> None:
 
 
 def test_what_cannot_be_is_refused() -> None:
+    for wrong in (0.0, 1.001, math.nan):
+        with pytest.raises(SceneError, match="must be a finite number above 0 and at most 1"):
+            restitution.damping_ratio(wrong)
     for wrong in (-1.0, math.inf):
         with pytest.raises(SceneError, match=r"ratio = .*at least 0"):
             of_ratio(wrong, True)
@@ -196,9 +198,3 @@ def test_a_document_of_a_damped_run_has_it() -> None:
         expected = {"restitution": parted.restitution, "speed_m_s": parted.speed}
         assert document["two_spheres"] == expected, name
     assert "two_spheres" not in run_document(hc.Native().run(hc.Scene(short, PULSE)))
-
-
-@pytest.mark.parametrize("wrong", [0.0, -0.1, 1.001, math.nan, "1"])
-def test_a_restitution_that_cannot_be(wrong: Any) -> None:
-    with pytest.raises(SceneError, match="must be a finite number above 0 and at most 1"):
-        restitution.damping_ratio(wrong)
