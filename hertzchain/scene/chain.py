@@ -321,11 +321,6 @@ def short_repr(part: Any) -> str:
     return f"{type(part).__name__}({', '.join(values)})"
 
 
-IMPACT = 0.754272
-"""Peak force between two granules of mass 1, one at rest, the other with velocity 1: the energy 1/4
-equals 2/5 r^(5/2), so the force is (5/8)^(3/5).
-"""
-
 PAPER_MOMENTUM = 139 / 32
 """The paper's coefficient of L_SW (section 4.1); the exact one is in hertzchain.theory."""
 
@@ -395,5 +390,8 @@ def force_scale(momentum_ratio: float) -> float:
     Long pulses press contacts with about F0. A short pulse only gives its impulse I to the first
     granule, which presses the second with 0.754 I^1.2.
     """
+    # Peak force of a collision with velocity 1, both masses 1, one at rest: the energy 1/4 equals
+    # 2/5 r^(5/2), so the force is (5/8)^(3/5)
+    impact = 0.754272
     short = min(1.0, momentum_ratio)  # above 1 the result is 1; this avoids an overflow
-    return min(1.0, IMPACT * math.pow(MOMENTUM_IN_NATURAL_UNITS * short, 1.2))
+    return min(1.0, impact * math.pow(MOMENTUM_IN_NATURAL_UNITS * short, 1.2))

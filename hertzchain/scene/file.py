@@ -60,13 +60,8 @@ _OPTIONAL_COLUMNS = tuple(name for name in _COLUMNS if _COLUMNS[name] not in ("r
 
 _Shock = TypeVar("_Shock", bound=Shock)
 
-_LARGEST_TABLE_BYTES = 50_000_000
-"""Size of a table of granules [bytes], chosen: 500,000 rows."""
-
-_LARGEST_SHOCK_BYTES = 5_000_000
-"""Size of a table of a shock [bytes], chosen: about 200,000 rows, read in a second and run in a
-minute.
-"""
+_LARGEST_FILE_BYTES = 50_000_000
+"""Largest size of a file [bytes], chosen: half a million granules, two million rows of a pulse."""
 
 
 def columns_of(shock: Shock) -> dict[str, Sequence[float]]:
@@ -87,16 +82,15 @@ def read_columns(
     path: Path,
     key: str,
     name: str | None,
-    most: int,
     names: Collection[str],
     optional: Collection[str] = (),
 ) -> dict[str, tuple[float, ...]]:
-    """Return the columns of a CSV file of numbers, of at most ``most`` bytes, by their names.
+    """Return the columns of a CSV file of numbers by their names.
 
     A SceneError says what is wrong; ``key`` and ``name`` are those of the file in a scene file.
     """
     try:
-        header, rows = read_rows(path, most)
+        header, rows = read_rows(path, _LARGEST_FILE_BYTES)
     except ValueError as problem:
         allowed = f"cannot be read ({problem}); must be a CSV file"
         raise SceneError(key, name, allowed, None if name else path) from None
@@ -123,7 +117,7 @@ def read_table(kind: type[_Shock], path: Path, name: str | None = None) -> _Shoc
     """Read a shock from a CSV file with the header ``time_s`` and the column of its values."""
     assert kind.column is not None
     field, column = kind.column
-    columns = read_columns(path, "shock.file", name, _LARGEST_SHOCK_BYTES, ("time_s", column))
+    columns = read_columns(path, "shock.file", name, ("time_s", column))
     values: dict[str, Any] = {"time": columns["time_s"], field: columns[column]}
     with _errors_of(file=path):
         return kind(**values, file=name or str(path))  # type: ignore[call-arg]
@@ -206,9 +200,7 @@ def _tapered(radius: float, ratio: float, k: int) -> float:
 
 def read_granule_table(path: Path, name: str | None = None) -> Chain:
     """Read a chain from a CSV file with a row for each granule. A SceneError says what is wrong."""
-    table = read_columns(
-        path, "chain.file", name, _LARGEST_TABLE_BYTES, _COLUMNS, _OPTIONAL_COLUMNS
-    )
+    table = read_columns(path, "chain.file", name, _COLUMNS, _OPTIONAL_COLUMNS)
     values: dict[str, Any] = {_COLUMNS[heading]: column for heading, column in table.items()}
     with _errors_of(file=path):
         for row, value in enumerate(values.get("fixed", ()), start=1):
@@ -347,9 +339,6 @@ def _given(part: Any, defaults: bool) -> dict[str, Any]:
 
 
 _Kind = TypeVar("_Kind")
-
-_LARGEST_FILE_BYTES = 100_000
-"""Largest size of a scene file [bytes], chosen; the one of `make demo` has 500."""
 
 
 def read_parts(path: Path) -> dict[str, Any]:

@@ -50,8 +50,6 @@ _FACTOR = r"[^\W\d_][^\W\d]*(?:\s*(?:\*\*|\^)\s*-?\d{1,2}(?:\.5)?)?"
 _QUANTITY = re.compile(
     rf"\s*(?P<number>{_NUMBER})\s*(?P<unit>{_FACTOR}(?:\s*[*/]\s*{_FACTOR}|\s+{_FACTOR})*)?\s*"
 )
-_MOST_QUANTITY_CHARS = 80
-"""Longest text of a quantity, in characters (chosen)."""
 
 
 def to_si(key: str, value: object, unit: str) -> float:
@@ -65,7 +63,7 @@ def to_si(key: str, value: object, unit: str) -> float:
             return float(value)
         except OverflowError:
             raise SceneError(key, value, f"must be finite: {example}") from None
-    is_short = isinstance(value, str) and len(value) <= _MOST_QUANTITY_CHARS
+    is_short = isinstance(value, str) and len(value) <= 80  # chosen: long texts take long to match
     match = _QUANTITY.fullmatch(str(value)) if is_short else None
     if match is None:
         raise SceneError(key, value, f"must be {example}")
