@@ -118,36 +118,19 @@ def _registry() -> pint.UnitRegistry[float]:
 
 @dataclass(frozen=True)
 class Key:
-    """A key of a section.
+    """A key of a section."""
 
-    Parameters
-    ----------
-    unit
-        The SI unit; "" for a pure number.
-    label
-        The label on an axis, without the unit; "" for what cannot vary.
-    above, least, below, most
-        Bounds of the range: excluded, included, excluded, included; None for no bound.
-    usual
-        The range without a remark on the unit; None for no remarks.
-    kind
-        Type of its values.
-    choices
-        All possible texts.
-    advice
-        The end of a refusal.
-    """
-
-    unit: str = ""
-    label: str = ""
+    unit: str = ""  # in SI; "" for a pure number
+    label: str = ""  # on an axis, without the unit; "" for what cannot vary
+    # Bounds of the range: excluded, included, excluded, included; None for no bound
     above: float | None = None
     least: float | None = None
     below: float | None = None
     most: float | None = None
-    usual: tuple[float, float] | None = None
+    usual: tuple[float, float] | None = None  # range without a remark on the unit
     kind: Literal["float", "int", "str", "bool"] = "float"
-    choices: tuple[str, ...] = ()
-    advice: str = ""
+    choices: tuple[str, ...] = ()  # all possible texts
+    advice: str = ""  # end of a refusal
 
     @property
     def bounds(self) -> dict[str, float]:
