@@ -186,9 +186,9 @@ def constant_force(scene: Scene) -> FloatArray:
 
 
 def applied_force(scene: Scene, time: FloatArray) -> FloatArray:
-    """F(t) [N] by Table 1 or the pulse table, not by the schedule's ramps; of the shape of time."""
+    """F(t) [N] of the shape of time; a pulse by Table 1, not by the schedule's ramps."""
     if scene.pulse is None:
-        return scene.shock.by_formula(time)
+        return scene.applied_force(time)
     assert scene.rise_time is not None
     return theory.applied_force(time, scene.pulse, scene.rise_time)
 

@@ -34,7 +34,6 @@ from hertzchain.scene.scene import (
     SceneLike,
     largest_overlap_ratio,
     refuse_deep_overlap,
-    refuse_hopeless_overlap,
     refuse_terms,
     to_scene,
 )
@@ -116,7 +115,6 @@ class ExternalEngine(ABC):
         scene = with_end(to_scene(scene), record, self.time_limit)
         times = None if record is None else wanted_times(record, scene.end_time)
         runner = self.runner(scene, Deadline(self.time_limit))
-        refuse_hopeless_overlap(scene)
         error_bound.refuse_strong_dampers(scene)
         answer = runner.answer()
         simulation, peaks, errors = answer.run, answer.peaks, answer.errors
