@@ -227,7 +227,7 @@ SUFFIXES: dict[str, tuple[str, ...]] = {
 _UNKNOWN = re.compile(
     r"Unrecogni[sz]ed|Unknown|not enabled|not installed|Invalid (?:fix|pair|atom)|Illegal|package"
     r"|does not have the damping|Cannot (?:use|create)|\bnot support"
-    r"|(?:LIGGGHTS|Yade) has no|(?:always|never) pull in",
+    r"|deck has no \w+ damping|never pull in",
     re.IGNORECASE,
 )
 """Words of a code that lacks a style, an option of one, or a package."""

@@ -67,15 +67,6 @@ def wall_material(scene: Scene) -> tuple[float, float]:
     return material["young_modulus"], material["poisson_ratio"]
 
 
-def refuse_damping_of_wall(code: str, scene: Scene) -> None:
-    """Raise RunFailed for a wall with its own damping, which decks of this code cannot have."""
-    if scene.wall is not None and scene.wall.own_damping:
-        raise RunFailed(
-            f"{code} gets one damping for all contacts: take a wall without"
-            f" {', '.join(scene.wall.own_damping)}, LAMMPS or native"
-        )
-
-
 def refuse_long(what: str, scene: Scene) -> None:
     """Raise RunFailed for a deck that would name too many granules; ``what`` begins the error."""
     count = scene.chain.granules
