@@ -57,10 +57,7 @@ START = (
 
 
 def set_up(scene: Scene) -> str:
-    """Return the commands that create the chain, ready to run.
-
-    RunFailed for a scene whose deck would be too long.
-    """
+    """Return the commands that create the chain, ready to run; RunFailed if they are too many."""
     refuse_long("a LIGGGHTS deck of", scene)
     materials, kinds = materials_of("LIGGGHTS", scene.granules)
     if scene.wall is not None:
@@ -190,10 +187,7 @@ def _digits(columns: Sequence[str]) -> str:
 
 
 def deck(scene: Scene, legs: Sequence[Leg], about: Sequence[str]) -> str:
-    """Return a deck for ``liggghts -in FILE`` that prints peaks and writes them to peaks.csv.
-
-    The lines ``about`` stand above the deck.
-    """
+    """Return a deck for ``liggghts -in FILE`` that writes peaks.csv, below the lines ``about``."""
     # Of a contact force, natural time units: costs about 5e-6
     interval = max(1, int(0.005 * scene.units.time / max(leg.dt for leg in legs)))
     contacts = range(2, scene.chain.granules + 1)

@@ -66,10 +66,7 @@ legs = [
 
 
 def _parameters(scene: Scene) -> str:
-    """Return the part for each granule at its start position: touching, apart or pressed.
-
-    RunFailed for a scene whose script would be too long.
-    """
+    """Return the part for each granule at its start position; RunFailed if it is too long."""
     count, each = scene.chain.granules, scene.granules
     refuse_long("a script for Yade with", scene)
     columns = each.radius, each.young_modulus, each.poisson_ratio, each.density
@@ -108,10 +105,7 @@ for x, radius, young_modulus, poisson_ratio, density in rows:
 
 
 def _loops(scene: Scene) -> tuple[str, str, str, str]:
-    """Return additions to Yade's engines for terms: bounds, geometry, law and constant forces.
-
-    Each text follows the one for spheres.
-    """
+    """Return what terms add to Yade's engines: to bounds, geometry, law and constant forces."""
     bounds = geometry = law = loads = ""
     if scene.wall is not None:
         bounds, geometry = ", Bo1_Wall_Aabb()", ", Ig2_Wall_Sphere_ScGeom()"
@@ -296,10 +290,7 @@ _SKIP = f"""\
 
 
 def deck(scene: Scene, legs: Sequence[Leg], about: Sequence[str]) -> str:
-    """Return a script for ``yade -n -x FILE.py`` that prints peaks and writes them to peaks.csv.
-
-    The lines ``about`` stand above the script.
-    """
+    """Return a script for ``yade -n -x FILE.py`` that writes peaks.csv, below lines ``about``."""
     # Natural time units between readings; error of a parabola: 6e-8 of a peak
     strides = [max(1, int(0.01 * scene.units.time / leg.dt)) for leg in legs]
     lines, outside = "\n".join(about), []

@@ -136,10 +136,7 @@ def what_is_softer(scaling: Softening) -> str:
 
 
 def deck(scene: Scene, layout: Layout, answer: KnownAnswer) -> str:
-    """Return a deck for ``lmp -in FILE``, on any processors.
-
-    RunFailed for a layout that is only possible for a uniform chain.
-    """
+    """Return a deck for ``lmp -in FILE``, on any processors."""
     refuse_pair_style(scene, layout.pair_style)
     legs, scaling, _ = similar(scene, layout.step)
     softer = scaling.scene(scene)
@@ -395,7 +392,6 @@ def _verdict(scene: Scene, layout: Layout, answer: KnownAnswer, numbers: _Number
     ]
 
 
-_FINEST = 1e-9  # least relative error of the peaks: needs three million steps
 _MOST_LOST = 3e-5  # largest relative error of the peaks by coordinates, of softer granules (chosen)
 _MOST_STEPS = 1e7  # most steps of a deck: minutes of LAMMPS with 60 granules
 _READINGS = 2_000_000  # most times and granules recorded at once: 50 MB
@@ -418,11 +414,11 @@ def deck_step(scene: Scene, dt: float | None = None, rtol: float | None = None) 
     if rtol is None:
         # Default relative error, damped: errors go as dt, and 1e-6 takes hours
         rtol = RTOL if scene.contact is None else 1e-4
+    finest = 1e-9  # needs three million steps
     allowed = (
-        f"must be a number from {_FINEST:g} to 1: velocity Verlet takes too many steps for less"
+        f"must be a number from {finest:g} to 1: velocity Verlet takes too many steps for less"
     )
-    require(is_positive(rtol) and _FINEST <= rtol < 1, "rtol", rtol, allowed)
-
+    require(is_positive(rtol) and finest <= rtol < 1, "rtol", rtol, allowed)
     natural = _tried_step(scene, rtol) / unit
     digit = 10.0 ** (math.floor(math.log10(natural)) - 1)
     step = float(f"{math.floor(natural / digit) * digit:.2g}")
@@ -592,10 +588,7 @@ def _verlet_peaks(scene: Scene, legs: Sequence[Leg], start: FloatArray | None = 
 
 
 def lammps_deck(scene: Scene, dt: float | None, rtol: float | None, title: str, **how: Any) -> str:
-    """Return a deck for LAMMPS that finds the peaks of a scene and compares them with true ones.
-
-    ``how`` has the sampling interval and the keywords of ``Layout``.
-    """
+    """Return a deck for LAMMPS that judges its peaks; ``how`` are the keywords of ``lay_out``."""
     scene = with_end(scene)
     layout = lay_out(scene, dt, rtol, title=title, **how)
     return deck(scene, layout, known_answer(scene, layout))
@@ -604,10 +597,7 @@ def lammps_deck(scene: Scene, dt: float | None, rtol: float | None, title: str, 
 def program_deck(
     engine: str, scene: Scene, dt: float | None, rtol: float | None, title: str
 ) -> str:
-    """Return a deck for LIGGGHTS or Yade that finds the peaks of a scene.
-
-    RunFailed for a scene that the engine cannot simulate.
-    """
+    """Return a deck for LIGGGHTS or Yade that finds the peaks of a scene, if it can run that."""
     writer = ENGINES[engine].make()
     assert isinstance(writer, ProgramEngine)
     scene = with_end(scene)

@@ -43,11 +43,6 @@ _STEEL: dict[str, float] = {
     "radius": 4.75e-3, "young_modulus": 193e9, "poisson_ratio": 0.3, "density": 7958.0,
 }  # fmt: skip
 _ALUMINIUM = {"radius": 6e-3, "young_modulus": 69e9, "poisson_ratio": 0.33, "density": 2700.0}
-_CGS = {
-    "radius": 1e2, "young_modulus": 10.0, "density": 1e-3, "velocity": 1e2, "gravity": 1e2,
-    "force": 1e5, "peak_force": 1e5,
-}  # fmt: skip
-"""A unit of SI in units of cgs: centimetres, grams and dyn."""
 
 
 @dataclass(frozen=True)
@@ -125,10 +120,14 @@ def _restarted(text: str, ranks: int) -> str:
 
 def _in_cgs(scene: Scene) -> Scene:
     """Return a scene with the numbers of another in units of cgs."""
+    units = {
+        "radius": 1e2, "young_modulus": 10.0, "density": 1e-3, "velocity": 1e2, "gravity": 1e2,
+        "force": 1e5, "peak_force": 1e5,
+    }  # fmt: skip
 
     def scaled(part: Term) -> Term:
-        numbers = {key: getattr(part, key, None) for key in _CGS}
-        cgs = {key: by * _CGS[key] for key, by in numbers.items() if isinstance(by, float)}
+        numbers = {key: getattr(part, key, None) for key in units}
+        cgs = {key: by * units[key] for key, by in numbers.items() if isinstance(by, float)}
         return replace(part, **cgs)
 
     return _ended(replace(scene, chain=scaled(scene.chain), shock=scaled(scene.shock)))

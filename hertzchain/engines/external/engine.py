@@ -41,8 +41,6 @@ from hertzchain.scene.scene import (
 from hertzchain.scene.schedule import Leg
 
 STABLE = 2.0  # largest product of step and frequency of velocity Verlet: see ``stable_step``
-# largest fraction of the longest stable step where a step is chosen for damped contacts
-_UNSTABLE = 0.5
 
 Code = Callable[[Scene, Sequence[Leg], Sequence[int], Observation], str]
 """Function that runs a scene with given steps and steps between readings on each leg, and passes
@@ -207,10 +205,7 @@ class _Runner:
 
     @property
     def _has_rivals(self) -> bool:
-        """True if a later blow, with an error of its own, may be the hardest one.
-
-        Damping weakens later blows, of which only maxima near the highest one are kept.
-        """
+        """True if a later blow may be the hardest one; damping weakens those."""
         return self.scene.contact is None and not self.scene.is_plain
 
     def answer(self) -> _Answer:
@@ -309,10 +304,7 @@ class _Runner:
         self, extrapolated: Sequence[Peaks], before: PeakWatch, legs: Sequence[Leg],
         peaks: PeakWatch, rest: float,
     ) -> ContactErrors:  # fmt: skip
-        """Return bounds of the errors of the last extrapolation, on legs.
-
-        ``before`` are the peaks of the run with steps twice as long.
-        """
+        """Return bounds of the errors of the last extrapolation; ``before`` has twice the step."""
         scene, last = self.scene, extrapolated[-1]
         gain, per_unit = accuracy.least_gain(scene), 1 / scene.contact_time
         pairs = itertools.pairwise(reversed(extrapolated))
@@ -332,9 +324,14 @@ class _Runner:
         if scene.contact is None:
             safety = error_bound.second_order_safety(scene, 0.0, rising=False)
             return error_bound.step_for(peaks_at, pilot, wanted, safety)
-        longest = _UNSTABLE * error_bound.stable_step(scene, STABLE)
+        longest = self._longest_damped_step
         safety = error_bound.first_order_safety(scene, rising=False)
         return min(error_bound.step_for(peaks_at, min(pilot, longest), wanted, safety, 1), longest)
+
+    @property
+    def _longest_damped_step(self) -> float:
+        """Longest step that is chosen for damped contacts [s]: half of what is stable."""
+        return 0.5 * error_bound.stable_step(self.scene, STABLE)
 
     def _coarsest_step(self) -> float:
         """Return the first step to extrapolate from [s]; longer steps cannot be extrapolated."""
@@ -342,9 +339,10 @@ class _Runner:
         if self.scene.contact is None:  # of fourth order
             # Step of the first of three extrapolated runs, for 1e-6 [natural time units]
             return min(0.065 * math.pow(part, 1 / 4), 0.4) * unit
-        longest = _UNSTABLE * error_bound.stable_step(self.scene, STABLE)
         wanted = 0.1 * self.engine.rtol  # runs are read after each of these steps, or more rarely
-        longest = min(longest, accuracy.damped_interval(self.scene, wanted, wanted))
+        longest = min(
+            self._longest_damped_step, accuracy.damped_interval(self.scene, wanted, wanted)
+        )
         # Step of the first of four runs of damped contacts, for 1e-6 [natural time units]
         return min(min(0.008 * math.sqrt(part), 0.2) * unit, longest)
 
@@ -469,10 +467,7 @@ class ProgramEngine(ExternalEngine):
     def code_of(
         self, scene: Scene, deadline: Deadline, edit: Callable[[str], str] = lambda text: text
     ) -> Code:
-        """Return the code of the program, which runs decks as ``edit`` returns them.
-
-        RunFailed for a scene that it cannot simulate.
-        """
+        """Return the code of the program, which runs decks as ``edit`` returns them."""
         program = find_program(self.program, f"install it with: {self.INSTALL}")
         self.refuse(scene)
 

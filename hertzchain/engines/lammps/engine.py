@@ -45,6 +45,7 @@ from hertzchain.engines.lammps import dialect
 from hertzchain.errors import BackendMissing, HertzchainError, RunFailed, StepUnstable, TooExpensive
 from hertzchain.limits import Deadline
 from hertzchain.observables.error_bound import SHORTER
+from hertzchain.scene.scene import Scene
 
 # ---- The module
 
@@ -59,24 +60,25 @@ COMMANDS = f"atom_modify sort 0 0\nthermo_style custom step\ntimer off\n{dialect
 _QUIET = ("-log", "none", "-screen", "none", "-nocite")
 
 
-def read(instance: Instance, into: FloatArray) -> None:
-    """Copy the present state of LAMMPS, on one process, to (array, granule, component), contiguous.
+def read(instance: Instance, bodies: int) -> FloatArray:
+    """Return the present state of LAMMPS, on one process, (array, granule, component).
 
     Granules are in the order of their ids. LAMMPS may move its arrays during a run, so their
     addresses are read each time.
     """
-    target, size = into.ctypes.data, into[0].nbytes
-    for name in ARRAYS:
+    state = np.empty((len(ARRAYS), bodies, 3))
+    for values, name in zip(state, ARRAYS, strict=True):
         # LAMMPS_DOUBLE_2D of the lammps module, which is imported only when needed
-        ctypes.memmove(target, instance.extract_atom(name, 3)[0], size)
-        target += size
+        ctypes.memmove(values.ctypes.data, instance.extract_atom(name, 3)[0], values.nbytes)
+    return state
 
 
-def wall_force(instance: Instance) -> float:
-    """Return the present force of the last granule on the wall [N], on one process."""
+def wall_force(instance: Instance, scene: Scene) -> float:
+    """Return the present force of the last granule on the wall [N], on one process; 0 without."""
+    if scene.wall is None:
+        return 0.0
     # LMP_STYLE_ATOM and LMP_TYPE_ARRAY of the lammps module
-    forces = instance.extract_fix(dialect.WALL, 1, 2)
-    return -float(forces[instance.extract_setting("nlocal") - 1][1])
+    return -float(instance.extract_fix(dialect.WALL, 1, 2)[scene.bodies - 1][1])
 
 
 def granules(instance: Instance) -> Granules:
@@ -346,7 +348,6 @@ _SERVER = (
     "from hertzchain.engines.lammps.engine import serve; serve()"
 )
 
-_KEPT_BYTES = 4096  # bytes of the end of its standard error that tell why the process ended
 _END_SECONDS = 5.0  # seconds that a process with closed output gets to end by itself
 
 
@@ -433,7 +434,8 @@ class Child:
             process.wait(_END_SECONDS)
         said = ""
         with contextlib.suppress(OSError, ValueError):  # another thread has ended the process
-            self._said.seek(max(0, self._said.seek(0, os.SEEK_END) - _KEPT_BYTES))
+            # Bytes at its end that tell why the process ended
+            self._said.seek(max(0, self._said.seek(0, os.SEEK_END) - 4096))
             said = self._said.read().decode(errors="replace")
         self.end()
         status = process.returncode

@@ -13,13 +13,11 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.engines import liggghts, yade
-from hertzchain.engines.external.engine import ProgramEngine
 from hertzchain.engines.lammps import deck as lammps_deck
 from hertzchain.errors import RunFailed
 from hertzchain.observables.peaks import largest_difference
 from hertzchain.verdict.run_checks import balance_checks, same_steps_checks
 from tests.conftest import STEEL
-from tests.engines.lammps.test_lammps import largest
 from tests.scenes import (
     DAMPED,
     DASHPOT,
@@ -35,34 +33,6 @@ from tests.scenes import (
     load,
 )
 from validation.random_scenes import random_damped_scene, with_wall_of_its_own
-
-
-@pytest.mark.lammps
-@pytest.mark.parametrize(
-    "engine",
-    [
-        pytest.param(hc.Liggghts, marks=pytest.mark.liggghts),
-        pytest.param(hc.Yade, marks=[pytest.mark.yade, pytest.mark.slow]),
-    ],
-)
-def test_results_are_those_of_lammps(engine: type[ProgramEngine]) -> None:
-    """Read at the same steps only round-off differs, in peaks and histories, wall and all."""
-    scene = TERMS["all at once"]
-    times = np.linspace(0.0, scene.end_time, 9)
-    dt = 0.1 * scene.contact_time
-    other, lammps = (each(dt=dt).run(scene, record=times) for each in (engine, hc.Lammps))
-    assert [check.name for check in balance_checks(other) if not check.passed] == []
-    allowed = 10 * other.lost_digits.bound
-    assert allowed < 1e-9
-    assert largest_difference(other.peak_force, lammps.peak_force) < allowed
-    assert other.static_force == pytest.approx(lammps.static_force, rel=1e-15, abs=0)
-    assert other.history is not None
-    assert lammps.history is not None
-    for name in ("displacement", "velocity", "contact_force"):
-        of_other, of_lammps = getattr(other.history, name), getattr(lammps.history, name)
-        # Interpolated between readings that differ by round-off, at its end as in the test above.
-        assert largest(of_other, of_lammps) < 2e-9
-
 
 COMPUTED = {law: DAMPED[law] for law in ("restitution", "viscoelastic")}
 WRITTEN = {**TERMS, **COMPUTED, "plain": load("demo")}
@@ -173,26 +143,6 @@ def test_contacts_pull_only_where_they_may(attraction: bool) -> None:
 # Results
 
 
-EACH = [
-    pytest.param(hc.Liggghts, marks=[pytest.mark.liggghts, pytest.mark.slow]),
-    pytest.param(hc.Yade, marks=[pytest.mark.yade, pytest.mark.slow]),
-]
-
-
-@pytest.mark.parametrize("engine", EACH)
-@pytest.mark.parametrize(("rtol", "extrapolated"), [(1e-2, False), (1e-5, True)])
-def test_the_wanted_error(engine: type[ProgramEngine], rtol: float, extrapolated: bool) -> None:
-    scene = replace(TERMS["all at once"], contact=RESTITUTION)
-    result = engine(rtol=rtol, extrapolated=extrapolated).run(scene)
-    truth = hc.Native(rtol=1e-9).run(scene)
-    error = largest_difference(result.peak_force, truth.peak_force)
-    assert error <= result.error_estimate <= rtol
-    assert [check for check in balance_checks(result) if not check.passed] == []
-    if not extrapolated:  # balances are of one run
-        lost = truth.balance.dissipated
-        assert result.balance.dissipated == pytest.approx(lost, rel=rtol, abs=0)
-
-
 @pytest.mark.lammps
 @pytest.mark.parametrize(
     "name", [pytest.param("column", marks=pytest.mark.slow), "above the cut-off, wall"]
@@ -201,33 +151,6 @@ def test_comparisons(name: str) -> None:
     compared = hc.compare((PISTONS | SINES)[name])
     assert [check for check in compared.checks if not check.passed] == []
     assert compared.verdict == "pass"
-
-
-@pytest.mark.lammps
-@pytest.mark.parametrize(
-    "other", [hc.Sine(10.00001, 8000.0, 3), hc.Sine(10.0, 8000.1, 3), hc.Sine(10.0, 8000.0, 4)]
-)
-def test_another_sine_is_found(other: hc.Sine) -> None:
-    scene = (PISTONS | SINES)["as strong as the load"]
-    run, load = hc.Run(scene.end_time), hc.Precompression(10.1)
-    scene = hc.Scene(scene.chain, scene.shock, run, precompression=load)
-    result = hc.Lammps(dt=0.02 * scene.contact_time).run(scene)
-    assert all(check.passed for check in same_steps_checks(result))
-    mistaken = replace(result, scene=replace(scene, shock=other))
-    assert not all(check.passed for check in same_steps_checks(mistaken))
-
-
-@pytest.mark.lammps
-@pytest.mark.parametrize(
-    "law", [None, pytest.param(hc.Contact("restitution", restitution=0.8), marks=pytest.mark.slow)]
-)
-def test_a_slow_sine_has_not_diverged(law: hc.Contact | None) -> None:
-    """It throws a free chain at 26 m/s and catches it again, though its impulse is 0."""
-    shock, pressed = hc.Sine(100.0, 100.0, 1), hc.Precompression(100.0)
-    scene = hc.Scene(hc.Chain(3, **STEEL), shock, precompression=pressed, contact=law)
-    result, native = (code(rtol=1e-3).run(scene) for code in (hc.Lammps, hc.Native))
-    error = largest_difference(result.peak_force, native.peak_force)
-    assert error <= result.error_estimate + native.error_estimate
 
 
 @pytest.mark.lammps
