@@ -6,7 +6,6 @@ import re
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -42,20 +41,9 @@ def text_of(name: str) -> str:
     return unit_test(known_motion(SCENES[name]), name, DATE)
 
 
-class _AsWritten(yaml.BaseLoader):  # type: ignore[misc]
-    """The YAML as LAMMPS's drivers read it: scalars as text, each key once."""
-
-    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
-        """Refuse a repeated key: PyYAML takes the last."""
-        keys = [key.value for key, _ in node.value]
-        assert len(keys) == len(set(keys)), keys
-        entries: dict[Any, Any] = super().construct_mapping(node, deep)
-        return entries
-
-
 def read(text: str) -> dict[str, str]:
-    """Keys and values of the file, all of them text."""
-    entries = yaml.load(text, _AsWritten)  # noqa: S506 - nothing but scalars can come of it
+    """Keys and values of the file, as LAMMPS's drivers read them: all of them text."""
+    entries = yaml.load(text, yaml.BaseLoader)  # noqa: S506 - nothing but scalars can come of it
     assert all(isinstance(value, str) for value in entries.values())
     return dict(entries)
 

@@ -128,6 +128,16 @@ def test_a_deck_of_a_scene_with_terms_finds_its_peaks(
     assert largest_difference(peaks, hc.Native().run(scene).peak_force) < 2e-3
 
 
+@pytest.mark.parametrize("name", WITH_TERMS)
+def test_a_deck_of_liggghts_names_each_contact_and_samples_often(name: str) -> None:
+    scene = WITH_TERMS[name]
+    text = answer.program_deck("liggghts", scene, 0.002 * scene.units.time, None, name)
+    contacts = re.findall(r'^print "(\d+),\$\(v_largest', text, re.MULTILINE)
+    assert [*map(int, contacts)] == list(scene.contacts)
+    # As many steps of 0.002 natural time units, or somewhat less, as 0.005 units hold.
+    assert re.findall(r"store/state (\d) ", text) == ["2"] * (4 if scene.wall else 2)
+
+
 @pytest.mark.parametrize("engine", RUN)
 def test_a_deck_whose_coordinates_lose_digits_has_softer_granules(
     demo: hc.Scene, engine: str, monkeypatch: pytest.MonkeyPatch

@@ -13,7 +13,7 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -24,7 +24,7 @@ from numba import config
 import hertzchain as hc
 from hertzchain.engines.lammps.backend import run_in
 from hertzchain.engines.lammps.engine import Child
-from hertzchain.errors import BackendMissing, OverlapTooLarge, RunFailed, SceneError, TooExpensive
+from hertzchain.errors import BackendMissing, RunFailed, SceneError, TooExpensive
 from tests.command_line import Command
 from tests.conftest import paper_scene
 from tests.engines.lammps.reading.chains import BESIDE_PYTHON, SCENE, Deck
@@ -35,7 +35,6 @@ from tests.processes import (
     children,
     ended,
     has_lammps,
-    is_server,
     linux,
     names,
     posix,
@@ -67,14 +66,6 @@ def _no_process_is_left() -> Iterator[None]:
     STARTED.clear()
     if sys.platform == "linux":
         assert set(children(os.getpid())) - before == set()
-
-
-@pytest.fixture
-def pass_time(monkeypatch: pytest.MonkeyPatch) -> Callable[[float], None]:
-    """Let seconds pass in this process that nobody has to wait for."""
-    passed, clock = [0.0], time.monotonic
-    monkeypatch.setattr(time, "monotonic", lambda: clock() + sum(passed))
-    return passed.append
 
 
 @pytest.fixture
@@ -208,42 +199,6 @@ def test_lammps_ends_with_the_process_that_started_it(
 
 
 # LAMMPS in such a process
-
-
-def servers() -> list[int]:
-    """The processes that run LAMMPS for this one, without the shells that watch over it."""
-    return [pid for pid in children(os.getpid()) if is_server(pid)]
-
-
-@linux
-@pytest.mark.lammps
-def test_scenes_are_unharmed_by_one_that_kills_lammps_and_one_that_hangs(
-    pass_time: Callable[[float], None],
-) -> None:
-    deep = replace(SHORT, shock=hc.Pulse("cosine", 1e9, 2.0, momentum_ratio=1.0))
-    lammps, times = hc.Lammps(dt=1e-7, time_limit=LIMIT), np.linspace(0, SHORT.end_time, 4)
-
-    def harm(number: signal.Signals) -> None:
-        (pid,) = wait_for(lambda: results if len(results := servers()) == 1 else [])
-        os.kill(pid, number)
-        if number == signal.SIGSTOP:
-            pass_time(LIMIT)
-
-    with Child() as child:
-        first = run_in(child, lammps, SHORT, times)
-        with pytest.raises(OverlapTooLarge):
-            run_in(child, lammps, deep)
-        for number, error in ((signal.SIGSEGV, RunFailed), (signal.SIGSTOP, TooExpensive)):
-            threading.Timer(0.5, harm, (number,)).start()
-            with pytest.raises(error):
-                run_in(child, lammps, LONG)
-        last = run_in(child, lammps, SHORT, times)
-    alone = lammps.run(SHORT, times)
-    for result in (first, last):
-        assert result.scene == SHORT
-        assert result.error_estimate == alone.error_estimate
-        assert result.peak_force.tolist() == alone.peak_force.tolist()
-        assert result.history.contact_force.tolist() == alone.history.contact_force.tolist()
 
 
 @pytest.mark.lammps
