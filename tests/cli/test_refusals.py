@@ -68,7 +68,7 @@ deck scene.toml -o in.chain --rtol 1e-6 --dt '1 ns' => --rtol chooses the step
 deck scene.toml -o in.chain --rtol 1e-15 => rtol = 1e-15; from 1e-09 to 1
 deck scene.toml -o in.chain --dt '1 m' => --dt; 1 m
 deck scene.toml -o in.chain --dt '1 ms' => is unstable; choose a smaller dt
-deck scene.toml -o in.chain --watch-every -1 => watch_every = -1
+deck scene.toml -o in.chain --watch-every 0 => watch_every = 0: must be at least 1
 unit-test scene.toml -o scene.toml => name
 sweep scene.toml -o out --vary shock.colour=1,2 => cannot vary; what can vary
 sweep scene.toml -o out --vary shock.momentum_ratio= => must be NAME=VALUE, such as
