@@ -20,7 +20,6 @@ from hertzchain.engines.external.observation import Observation, Simulation
 from hertzchain.engines.lammps.backend import Binary
 from hertzchain.engines.lammps.engine import Program
 from hertzchain.engines.native.backend import Native
-from hertzchain.engines.native.damped_verlet import stride_of
 from hertzchain.errors import (
     BackendMissing,
     HertzchainError,
@@ -466,6 +465,8 @@ def _simulated(
     scene = case.scene
     legs = scene.schedule(case.dt)
     damped = scene.contact is not None
+    from hertzchain.engines.native.verlet import stride_of
+
     strides = [stride_of(scene, leg) if damped else READ_EVERY for leg in legs]
     scaling = softening(scene, sum(leg.steps for leg in legs))
     if isinstance(program, ProgramEngine):
