@@ -14,9 +14,8 @@ from hertzchain import theory
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps.reading.deck import UNITS, FoundDeck, FoundWall, Units, scaled
 from hertzchain.engines.lammps.reading.probing import DAMPED, DEPTHS
-from hertzchain.engines.native.damped_verlet import states_of
-from hertzchain.engines.native.damped_verlet_kernel import Walk
 from hertzchain.engines.native.equations import Chain
+from hertzchain.engines.native.verlet import Walk, states_of
 from hertzchain.errors import RunFailed
 from hertzchain.limits import Deadline
 from hertzchain.observables.samples import DampedLaw

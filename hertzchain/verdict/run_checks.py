@@ -10,9 +10,9 @@ import numpy as np
 
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.external.accuracy import DAMPED_READINGS
-from hertzchain.engines.native.damped_verlet import simulate_damped_verlet
+from hertzchain.engines.native.backend import by_velocity_verlet
 from hertzchain.engines.native.plan import METHODS
-from hertzchain.engines.native.simulation import Simulation, simulate
+from hertzchain.engines.native.simulation import Simulation
 from hertzchain.errors import RunFailed
 from hertzchain.limits import TIME_LIMIT, Deadline
 from hertzchain.observables.error_bound import highest_rate
@@ -207,7 +207,7 @@ def same_steps_checks(result: Result, time_limit: float = TIME_LIMIT) -> list[Ch
     scene, units = result.scene, result.scene.units
     legs = _legs(result)
     deadline = Deadline(time_limit)
-    twin = _verlet(scene, legs, deadline)
+    twin = by_velocity_verlet(scene, legs, deadline)
     expected = _twin_peaks(result, legs, twin, deadline)
     step = result.dt / scene.contact_time
     lost = result.lost_digits.bound if result.lost_digits is not None else 0.0
@@ -296,17 +296,8 @@ def _twin_peaks(
         return np.asarray(twin.peaks.force)
     coarse = [leg.in_steps(leg.steps // 2) for leg in legs]
     gain = 3 if result.scene.contact is None else 1  # 2^order - 1
-    other = _verlet(result.scene, coarse, deadline)
+    other = by_velocity_verlet(result.scene, coarse, deadline)
     return np.asarray(twin.peaks.force + (twin.peaks.force - other.peaks.force) / gain)
-
-
-def _verlet(
-    scene: Scene, legs: Sequence[Leg], deadline: Deadline, start: FloatArray | None = None
-) -> Simulation:
-    """Run native velocity Verlet; with ``start`` all granules move from the first step on."""
-    if scene.contact is not None:
-        return simulate_damped_verlet(scene, legs, deadline, start=start)
-    return simulate(scene, legs, VELOCITY_VERLET, deadline=deadline, start=start)
 
 
 def _farthest_peak(peak_force: FloatArray, expected: FloatArray) -> int:
@@ -334,7 +325,9 @@ def _grown(
     for _ in range(3):
         start = np.zeros((2, scene.bodies))
         start[0] = nudge * rng.uniform(-1, 1, scene.bodies)
-        nudged, other = (_verlet(scene, legs, deadline, each) for each in (start, -start))
+        nudged, other = (
+            by_velocity_verlet(scene, legs, deadline, start=each) for each in (start, -start)
+        )
         differences = (
             _largest(nudged.displacement, other.displacement, least),
             _largest(nudged.velocity, other.velocity, least),

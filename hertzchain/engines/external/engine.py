@@ -107,7 +107,7 @@ class ExternalEngine(ABC):
         RunFailed
             If the code stops with an error or crashes, or cannot simulate this scene.
         """
-        from hertzchain.engines.native.duration import with_end
+        from hertzchain.engines.native.backend import with_end
 
         begin = time.perf_counter()
         scene = with_end(to_scene(scene), record, self.time_limit)
