@@ -449,7 +449,7 @@ def _tried_step(scene: Scene, rtol: float) -> float:
     # Trials never find a longer step, and may take hours themselves.
     _refuse_many(scene.end_time / longest, "a dt, or for a shorter end_time")
     if scene.contact is None:
-        return step_for(peaks_at, pilot, rtol, SAFETIES["second order"])
+        return step_for(peaks_at, pilot, rtol, SAFETIES["smooth"])
     # Errors go as dt: the difference is the error of the shorter step. The deck's tolerance is
     # measured later.
     difference = largest_difference(peaks_at(pilot), peaks_at(pilot / 2))

@@ -55,7 +55,7 @@ judge scene.toml peaks.csv --column F => --column F: must be NAME=VALUE
 judge scene.toml peaks.csv peaks.csv => peaks.csv; is not a LAMMPS dump
 judge scene.toml none.csv => none.csv; cannot be read
 judge scene.toml peaks.csv --report report.pdf => report.pdf; .html or .htm
-judge scene.toml in.steel_plain => in.steel_plain: is no CSV file; must be one with contact and peak
+judge scene.toml in.steel_plain => in.steel_plain: is no table; must be a CSV file with a header
 examine steel.toml in.steel_plain --var a => --var; NAME
 examine steel.toml in.steel_plain --var a=1 --var a=2 => --var a
 examine steel.toml in.steel_plain --tolerance 2 => tolerance; below 1
