@@ -321,10 +321,14 @@ _CHANGES = re.compile(
 _USUAL = re.compile(r"fix\s+\S+\s+\S+\s+(?:nve|nve/sphere|addforce|gravity|wall/gran\S*|move)\s")
 
 _DAMPED = r"(?:pair_coeff|fix\s+\S+\s+\S+\s+wall/gran)\s(?=.*\sdamping\s)"
+_UNDAMPED = r"(\s(?:hertz|hertz/material)\s+\S+)\s+(?!0*\.?0*\s|\S+e-\d{3})\S+"
+"""A normal law, its stiffness, and a damping above 0, which is wrong in a scene without any."""
+
 _WORDS = (
     (r"fix\s+\S+\s+\S+\s+wall/", r"\s(?:wiggle|shear)\s.*$", ""),
     (r"fix\s+\S+\s+\S+\s+addforce", r"\s+(?:every|region)\s+\S+", ""),
     (r"(?:velocity|fix\s+\S+\s+\S+\s+move)\s(?!.*units\s)", r"\s*$", " units box"),
+    (r"(?:pair_coeff|fix\s+\S+\s+\S+\s+wall/gran)\s", _UNDAMPED, r"\1 0.0"),
     (rf"{_DAMPED}(?!.*limit_damping)", r"(\sdamping\s+\S+)", r"\1 limit_damping"),
     (rf"{_DAMPED}.*\slimit_damping", r"\s+limit_damping", ""),
 )
@@ -385,13 +389,16 @@ def _candidates(case: Case, check: DeckCheck) -> list[int]:
     return [k for k in each if not is_of(deck, k, "needed")]
 
 
-def _words(case: Case, candidates: Sequence[int]) -> Iterator[Changes]:
+def _words(case: Case, candidates: Sequence[int], undamped: bool) -> Iterator[Changes]:
     """Yield corrections of words: in all commands that may have them wrong, then in each alone."""
     for command, words, right in _WORDS:
+        if words == _UNDAMPED and not undamped:
+            continue
         whole: Changes = {}
         for where in (place_at(case.deck, k) for k in candidates):
-            if re.match(command, where.written):
-                whole[key_of(where)] = (re.sub(words, right, where.written, count=1),)
+            text = re.sub(words, right, where.written, count=1)
+            if re.match(command, where.written) and text != where.written:
+                whole[key_of(where)] = (text,)
         yield whole
         yield from ({key: lines} for key, lines in whole.items())
 
@@ -530,9 +537,11 @@ def trials(case: Case, check: DeckCheck) -> Iterator[Changes]:
     roles = ("contacts", "wall") if check.kind == "damping" else (check.role,)
     of_role = [k for role in roles for k in reversed(commands_of(case.deck, role))]
     removed = [k for k in candidates[:_MOST_REMOVALS] if not lines or [k] != old]
-    singles = *_words(case, [*dict.fromkeys((*candidates, *of_role))]), *(
-        _without(case, [k]) for k in removed
-    )  # fmt: skip
+    undamped = check.kind == "damping" and case.scene.contact is None
+    singles = [
+        *_words(case, [*dict.fromkeys((*candidates, *of_role))], undamped),
+        *(_without(case, [k]) for k in removed),
+    ]
     is_formula = where is not None and where.written.startswith("variable")
     by_line = list(_BY_LINE.get(check.role, lambda *_: ())(case, check))
     first, then = (

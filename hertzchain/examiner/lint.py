@@ -131,15 +131,12 @@ _NO_CHAIN = (
     ("bond_style", "(?!none).+", "granules are bonded"),
     ("atom_style", "bpm/.*|bond|molecular|full", "granules are bonded"),
     ("atom_style", "(?!sphere|granular|hybrid|.*[$]).+", "its atoms are not spheres"),
-)
-"""Signs of a deck that is certainly not a chain: a command, its style, and its description."""
-
-_HARDLY_A_CHAIN = (
     ("fix", "wall/gran/region|mesh/.*|wall/region", "granules lie in a vessel"),
     ("fix", "freeze", "granules are frozen"),
     ("dimension", "2", "it is two-dimensional"),
 )
-"""Signs of a deck that is not a chain, unless its granules are known to lie in one row."""
+"""Signs of a deck that is not a chain, unless its granules are known to lie in one row: a command,
+its style, and words for it."""
 
 _OF_LIGGGHTS = re.compile("(property/global|particletemplate/|particledistribution/|mesh/).*")
 """Fixes that only LIGGGHTS has."""
@@ -280,13 +277,20 @@ class Deck:
         return {fix.command: fix.largest for fix in fixes if fix.style == "addforce"}
 
     @cached_property
+    def is_damped(self) -> bool:
+        """Whether damping changes forces by more than round-off, as in ``examine``; or may."""
+        probes = None if self.look is None else self.look.probes
+        return probes is None or probes.is_damped
+
+    @cached_property
     def no_chain(self) -> tuple[Command | None, str] | None:
         """Why it is no chain, and the command that shows it; None if it may be one."""
-        signs = _NO_CHAIN if self.granules is not None else (*_NO_CHAIN, *_HARDLY_A_CHAIN)
-        for command, (name, style, what) in itertools.product(self.commands, signs):
+        if self.granules is not None:
+            return None
+        for command, (name, style, what) in itertools.product(self.commands, _NO_CHAIN):
             if command.name == name and re.fullmatch(style, command.word(_STYLE[name])):
                 return command, what
-        atoms = None if self.look is None or self.granules is not None else self.look.granules
+        atoms = None if self.look is None else self.look.granules
         if atoms is None:
             return None
         rows = f"its {atoms.count} granules do not lie in one row"
@@ -387,7 +391,6 @@ def not_hertz(deck: Deck) -> Found:
 
 # ---- Damping
 
-_NO_DAMPING = 1e-100  # numbers up to this count as 0, in all units (chosen)
 _UNDAMPED = "leave the damping out and give 0.0 there, which damps nothing"
 
 
@@ -412,7 +415,7 @@ def damping(deck: Deck) -> Found:
                 f" coeff_restitution gives its number since 29 Aug 2024; without any, {_UNDAMPED}"
             )
             yield law.command, "warning", text
-        elif abs(value) > _NO_DAMPING and (kind, value) != ("coeff_restitution", 1):
+        elif value != 0 and deck.is_damped and (kind, value) != ("coeff_restitution", 1):
             what = "gamma_n" if law.normal in CLASSIC else number_of
             text = (
                 f"{what}, {law.numbers[1]}, damps the contacts: energy is lost, and peaks are lower"
@@ -429,7 +432,7 @@ def attraction(deck: Deck) -> Found:
     )
     for law in deck.laws:
         takes_damping = law.normal in ("hooke", "hertz", "hertz/material", *CLASSIC)
-        damps = abs(law.damping or 0.0) > _NO_DAMPING
+        damps = law.damping and deck.is_damped
         if takes_damping and damps and not {"none", "limit_damping"} & set(law.command.words):
             yield law.command, "warning", text
 

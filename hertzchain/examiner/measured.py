@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from hertzchain import theory
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps.reading.deck import UNITS, FoundDeck, FoundWall, Units, scaled
-from hertzchain.engines.lammps.reading.probing import DAMPED, DEPTHS
+from hertzchain.engines.lammps.reading.probing import AT_REST, QUIET
 from hertzchain.engines.native.damped_verlet import states_of
 from hertzchain.engines.native.damped_verlet_kernel import Walk
 from hertzchain.engines.native.equations import Chain
@@ -327,11 +327,11 @@ class Damper:
 def dampers(deck: FoundDeck, scene: Scene) -> list[Damper]:
     """Damping of each contact, the wall's last: force in motion less force at rest."""
     law = None if scene.contact is None else DampedLaw.of(scene)
-    dampings, at_rest = [], [DEPTHS.index(depth) for depth, _ in DAMPED]
+    dampings = []
     for k, (_, force, *tries) in enumerate(_tries(deck, scene)):
         tried = np.isfinite(tries[2]) & (tries[0] > 0)
         overlap, closing, damped = (values[tried] for values in tries)
-        elastic, expected = force[at_rest][tried], np.zeros_like(overlap)
+        elastic, expected = force[AT_REST][tried], np.zeros_like(overlap)
         if law is not None:
             added = law.damper(overlap[:, None], closing[:, None], np.array([k]))[:, 0]
             expected = np.asarray(added, np.float64)
@@ -480,9 +480,6 @@ def displacement(piston: Piston, time: FloatArray) -> FloatArray:
     assert piston.time is not None
     assert piston.displacement is not None
     return np.interp(time, piston.time, piston.displacement)
-
-
-QUIET = 1e-7  # of a contact force: forces below are round-off (chosen)
 
 
 def damping_of(deck: FoundDeck, scene: Scene) -> dict[str, Any]:

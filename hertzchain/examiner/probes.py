@@ -12,6 +12,7 @@ import numpy as np
 
 from hertzchain.arrays import FloatArray, Quantity, apart
 from hertzchain.engines.lammps.reading.deck import UNITS, FoundFix
+from hertzchain.engines.lammps.reading.probing import QUIET
 from hertzchain.engines.native.plan import METHODS
 from hertzchain.examiner.correct import wall_plane
 from hertzchain.examiner.examined import (
@@ -37,7 +38,6 @@ from hertzchain.examiner.examined import (
 )
 from hertzchain.examiner.measured import (
     EXPONENT,
-    QUIET,
     applied_force,
     change_of_peaks,
     constant_force,
@@ -624,10 +624,13 @@ def _damping(case: Case) -> Iterator[Number]:
 
 def _friction(case: Case) -> Iterator[Number]:
     """Sideways forces and torques over radius when granules spin: the scene has none."""
-    of_walls = [wall.tangential_force for wall in case.deck.walls]
-    sideways = float(np.nanmax(np.abs([*case.deck.tangential_force, *of_walls]), initial=0.0))
-    force = float(np.min(case.twin.stiffness * case.near**1.5))
-    yield Number(sideways, 0.0, case.least(QUIET) * force, note=", sideways, where granules spin")
+    sideways = float(np.nanmax(np.abs(case.deck.tangential_force), initial=0.0))
+    force, at, role = float(np.min(case.twin.stiffness * case.near**1.5)), None, ""
+    for wall in case.deck.walls:
+        if wall.tangential_force > sideways:
+            sideways, at, role = wall.tangential_force, wall.command, "wall"
+    yield Number(sideways, 0.0, case.least(QUIET) * force, at=at, role=role,
+                 note=", sideways, where granules spin")  # fmt: skip
 
 
 # ---- Loads and other forces

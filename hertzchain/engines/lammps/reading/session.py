@@ -151,6 +151,8 @@ class Session(ABC):
         name = words[0]
         if name == "fix":
             self.ready()
+        elif name == "clear" and self.hooks:
+            raise RunFailed("clear begins another chain: give it as a deck of its own")
         self.give(command_of(words))
         if name == "fix":
             fix = DeckFix(words[1], words[2], words[3], index, tuple(words[4:]))
@@ -170,12 +172,6 @@ class Session(ABC):
         """Make a hook, unless there is one."""
         if not self.hooks:
             self._hook(None)
-
-    def forget(self) -> None:
-        """Forget all that ``clear`` deletes."""
-        self.give("clear")
-        for kept in (self.hooks, self.fixes, self.alive):
-            kept.clear()
 
     def _hook_of(self, fix: DeckFix | None) -> str | None:
         """Return the name of the hook that reads forces after a fix; None without a hook."""

@@ -201,12 +201,12 @@ def number(word: str | None) -> float | None:
     return value if math.isfinite(value) else None
 
 
-CONTROL = ("include", "jump", "label", "next", "if", "quit", "clear", "run")
+CONTROL = ("include", "jump", "label", "next", "if", "quit", "run")
 """Commands that the interpreter carries out itself."""
 
 _CARRIED_OUT = frozenset(
     ("angle_coeff", "angle_style", "atom_modify", "atom_style", "bond_coeff",
-     "bond_style", "boundary", "box", "change_box", "comm_modify", "comm_style", "compute",
+     "bond_style", "boundary", "box", "change_box", "clear", "comm_modify", "comm_style", "compute",
      "compute_modify", "create_atoms", "create_bonds", "create_box", "delete_atoms",
      "delete_bonds", "dielectric", "dimension", "displace_atoms", "echo", "fix", "fix_modify",
      "group", "lattice", "mass", "min_modify", "min_style",

@@ -210,7 +210,6 @@ class Watched:
     given: list[tuple[int, methodcaller]] = field(default_factory=list)  # calls of a ``Playing``
     runs: list[FoundRun] = field(default_factory=list)
     stopped: str = ""
-    cleared: bool = False
     time: float = 0.0
     before: float = 0.0  # how long the deck had run before the first run that counts
     read_every: int = 1
@@ -283,14 +282,6 @@ class Playing(ABC):
     @abstractmethod
     def run(self, text: str, steps: int, index: int, dt: float, first: int) -> int:
         """Carry out a ``run`` of some steps after the first; return the number of steps taken."""
-
-    def clear(self) -> bool:
-        """Forget all before the first run; the deck ends here after it."""
-        self.seen.cleared = bool(self.seen.runs)
-        if not self.seen.cleared:
-            self.lammps.forget()
-            self.seen.given.append((-1, methodcaller("clear")))
-        return not self.seen.cleared
 
 
 @contextmanager
@@ -496,12 +487,6 @@ class Replay(Playing):
         """Give LAMMPS a command that neither moves granules nor ends a run before its time."""
         if not self._leaves_out(words, index):
             super().give(words, index)
-
-    def clear(self) -> bool:
-        """Forget all before the first run; the deck ends here after it."""
-        self._left_out.clear()
-        self._moves.clear()
-        return super().clear()
 
     def _leaves_out(self, words: list[str], index: int) -> bool:
         if words[0] == "fix" and len(words) > 3:
