@@ -208,8 +208,10 @@ SAID: list[tuple[list[str], list[str]]] = [
     (moving("linear 1.0 0.0 0.0 units box"), []),
     ([stepped(0.198)], []), ([stepped(0.202)], ["step-length warning"]),
     # E, damping and Poisson's ratio in another order: below a hundredth it is a damping.
-    (["193e9 0.0 0.3=>193e9 0.3 0.003"], [*DAMPED, "poisson-ratio warning"]),
-    (["193e9 0.0 0.3=>193e9 0.3 0.03"], DAMPED),
+    (["193e9 0.0 0.3=>193e9 0.3 0.003"], ["poisson-ratio warning"]),
+    (["193e9 0.0 0.3=>193e9 0.3 0.03"], []),
+    # 1e-7 of the contact force, where granules part the fastest, is at 0.656 / (m s).
+    (["193e9 0.0 0.3=>193e9 0.64 0.3"], []), (["193e9 0.0 0.3=>193e9 0.68 0.3"], DAMPED),
     ([f"{MODEL}=>{MDR}"], ["not-hertz warning", "text-alone error"]),
     (["create_atoms 1 region chain\n=>" + LOOP], []),
     (["create_atoms 1 region chain\n=>" + LOOP, "boundary f f f=>"], ["periodic warning"] * 2),
