@@ -444,7 +444,6 @@ def _pulse(case: Case) -> Iterator[Mistake]:
 _VERLET: Method = METHODS["velocity-verlet"]
 # usual steps, over a power of ten of seconds (chosen)
 _ROUND = (1.0, 1.25, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 7.5, 8.0)
-_SHORTEST = 0.01  # fraction of the longest step: shorter ones change the peaks by 1e-5 or less
 
 
 def velocity_verlet(
@@ -499,10 +498,11 @@ def steps_and_samples(case: Case) -> Iterator[Mistake]:
         yield from _with_step(case, case.dt)
         return
     longest = stable_step(case.scene, _VERLET.interval)
-    decades = range(math.floor(math.log10(_SHORTEST * longest)), math.ceil(math.log10(longest)))
+    shortest = 0.01 * longest  # shorter steps change the peaks by 1e-5 or less
+    decades = range(math.floor(math.log10(shortest)), math.ceil(math.log10(longest)))
     for decade, digits in itertools.product(decades, _ROUND):
         dt = float(f"{digits}e{decade}")
-        if _SHORTEST * longest <= dt <= longest:
+        if shortest <= dt <= longest:
             with contextlib.suppress(StepUnstable):
                 yield from _with_step(case, dt)
             text = f"samples in place of maxima, {dt:.3g} s apart, of an accurate run"

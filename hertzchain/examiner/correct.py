@@ -445,25 +445,21 @@ def _kept(case: Case, where: Place) -> tuple[str, ...]:
 # ---- Commands that set a number
 
 
-def _all_of(role: str) -> Callable[[Case, DeckCheck], list[int]]:
+def _of_role(case: Case, check: DeckCheck) -> list[int]:
     """All commands of a role."""
-    return lambda case, _: commands_of(case.deck, role)
+    return commands_of(case.deck, check.role)
 
 
-def _named(name: str) -> Callable[[Case, DeckCheck], list[int]]:
+def _named(_: Case, check: DeckCheck, name: str = "velocity") -> list[int]:
     """The command that is named, if it has this name."""
-
-    def blamed(_: Case, check: DeckCheck) -> list[int]:
-        place = check.place
-        return [place.index] if place is not None and place.written.startswith(name) else []
-
-    return blamed
+    place = check.place
+    return [place.index] if place is not None and place.written.startswith(name) else []
 
 
 def _wall(case: Case, check: DeckCheck) -> list[int]:
     """The wall at the far end; the command that is named if the wall meets no granule."""
     wall = far_wall(case.deck)
-    return _named("fix")(case, check) if wall is None else [wall.command]
+    return _named(case, check, "fix") if wall is None else [wall.command]
 
 
 def _pushing(case: Case, of_time: bool) -> list[int]:
@@ -491,20 +487,28 @@ _BY_LINE = {
 }  # fmt: skip
 """Changes of single lines, by the role of a number."""
 
-_SETTINGS = {
-    "radius": (granule_commands, lambda *_: []),
-    "mass": (granule_commands, lambda *_: []),
-    "place": (place_commands, lambda *_: []),
-    "velocity": (velocity_commands, _named("velocity")),
-    "spin": (velocity_commands, _named("velocity")),
-    "contacts": (law_commands, _all_of("contacts")),
+
+def _none(*_: object) -> list[int]:
+    """No command: the scene's are added, and later ones count."""
+    return []
+
+
+_SETTINGS: dict[
+    str, tuple[Callable[[Case], list[str] | None], Callable[[Case, DeckCheck], list[int]]]
+] = {
+    "radius": (granule_commands, _none),
+    "mass": (granule_commands, _none),
+    "place": (place_commands, _none),
+    "velocity": (velocity_commands, _named),
+    "spin": (velocity_commands, _named),
+    "contacts": (law_commands, _of_role),
     "wall": (wall_commands, _wall),
     "wall in motion": (wall_commands, _wall),
     "constant force": (load_commands, lambda case, _: _pushing(case, of_time=False)),
     "shock": (shock_commands, _shocks),
     "pushed": (shock_commands, _shocks),
     "motion": (motion_commands, _movers),
-    "piston": (piston_commands, _all_of("piston")),
+    "piston": (piston_commands, _of_role),
 }
 """The scene's commands that set a number, and the commands to remove, by the number's role.
 
@@ -527,7 +531,7 @@ def with_trials(case: Case, check: DeckCheck) -> DeckCheck:
 def trials(case: Case, check: DeckCheck) -> Iterator[Changes]:
     """Yield trials for a check: the right number or command, single ones, the scene's commands."""
     where, candidates = check.place, _candidates(case, check)
-    commands, replaced = _SETTINGS.get(check.role, (lambda _: None, lambda *_: []))
+    commands, replaced = _SETTINGS.get(check.role, (lambda _: None, _none))
     lines, old = commands(case), replaced(case, check)
     shocks = _pushing(case, of_time=True) if check.role == "shock" else []
     yield from (_without(case, [k]) for k in reversed(shocks) if len(shocks) > 1)
@@ -554,12 +558,6 @@ def trials(case: Case, check: DeckCheck) -> Iterator[Changes]:
 
 # ---- Proofs
 
-_WORSE = 1e-2, 1e-5
-"""Increase of the error of a peak that a correction may cause, relative to it and absolute:
-readings are at other times, and the error of the steps changes with any number (chosen)."""
-
-_PROOF_TIME_LIMITS = 16.0, 8.0  # time for all proofs: readings of the deck, or seconds (chosen)
-
 _NOT_ALL = (
     "not all corrections were tried in the time for that, sixteen readings of the deck or 8 s:"
     " correct what is shown, and examine the deck again"
@@ -585,8 +583,8 @@ class Prover:
     @property
     def left(self) -> float:
         """Time for further proofs [s]."""
-        readings, seconds = _PROOF_TIME_LIMITS
-        return max(readings * self.seconds, seconds) - (time.monotonic() - self._begun)
+        # For all proofs: readings of the deck, or seconds (chosen)
+        return max(16.0 * self.seconds, 8.0) - (time.monotonic() - self._begun)
 
     def examined(self, edits: Edits) -> DeckExamination | None:
         """Return the examination of the deck with edits; None if LAMMPS stops, or time is over."""
@@ -720,8 +718,8 @@ def is_no_worse(before: DeckExamination, after: DeckExamination, peaks: bool = T
     count = min(before.judged.size, after.judged.size)
     both = before.judged[:count] & after.judged[:count]
     was, now = (examination.error_of_peaks(both) for examination in (before, after))
-    share, least = _WORSE
-    return bool(now <= was * (1 + share) + least)
+    # Readings are at other times, and the error of the steps changes with any number (chosen).
+    return bool(now <= was * (1 + 1e-2) + 1e-5)
 
 
 def _together(prover: Prover) -> tuple[Edits, list[Step]]:

@@ -122,9 +122,6 @@ class Finding:
 
 Found = Iterator[tuple[Command | None, Severity, str]]  # command (None: line 1), severity, sentence
 
-_STYLE = {"fix": 3, "dimension": 1, "bond_style": 1, "atom_style": 1}
-"""Index of the word of a command that is its style."""
-
 _NO_CHAIN = (
     ("fix", "(pour|deposit|insert)(/.*)?", "granules are poured"),
     ("fix", "rigid.*|multisphere.*|poems", "granules are rigid bodies of several spheres"),
@@ -288,7 +285,8 @@ class Deck:
         if self.granules is not None:
             return None
         for command, (name, style, what) in itertools.product(self.commands, _NO_CHAIN):
-            if command.name == name and re.fullmatch(style, command.word(_STYLE[name])):
+            word = command.word(3 if name == "fix" else 1)
+            if command.name == name and re.fullmatch(style, word):
                 return command, what
         atoms = None if self.look is None else self.look.granules
         if atoms is None:
@@ -455,8 +453,6 @@ def poisson_ratio(deck: Deck) -> Found:
 
 # ---- Granules
 
-_GAP_ROUNDING = 1e-9  # relative; sites that differ by less from a diameter differ by rounding
-
 _DENSITY = (
     "the density is set before the diameter, so that granules keep the mass that the old diameter"
     " made (1e6 times too large for a radius of 5 mm, and only the first one moves): set the"
@@ -564,14 +560,15 @@ def not_touching(deck: Deck) -> Found:
     if granules is None or not deck.contact_style or not makers:
         return
     gap = (granules.position[1:, 0] - granules.position[:-1, 0]) / granules.reach - 1
+    rounding = 1e-9  # relative, of a coordinate (chosen)
     # Forces that never change press the chain: gravity, or static loads.
     is_loaded = deck.applied is not None and bool(deck.applied.constant.any())
     is_meant = deck.fixes("gravity") or is_loaded or granules.velocity.any()
     text = "neighbours are {:.10g} times the sum of their radii apart: granules {}"
-    if gap.max() > _GAP_ROUNDING:
+    if gap.max() > rounding:
         what = "do not touch (with gaps of 1e-3 peaks are off by 113 %)"
         yield makers[0], "warning", text.format(1 + gap.max(), what)
-    if gap.min() < -_GAP_ROUNDING and not is_meant:
+    if gap.min() < -rounding and not is_meant:
         what = "press one another from the start, and spring apart if nothing holds the ends"
         yield makers[0], "warning", text.format(1 + gap.min(), what)
 
@@ -660,8 +657,6 @@ def force_on_all(deck: Deck) -> Found:
 
 # ---- Steps
 
-_UNSTABLE_STEP = math.sqrt(2 / 3)  # natural time units; 2 over the largest frequency, 2 sqrt(3/2)
-
 
 def step_length(deck: Deck) -> Found:
     """Compare the step with the stiffest contacts that the deck itself makes."""
@@ -696,7 +691,8 @@ def step_length(deck: Deck) -> Found:
         select="i", select_range=(len(mass) - 1, len(mass) - 1),
     )  # fmt: skip
     limit = 2 / math.sqrt(squares[0])
-    unit, longest = limit / _UNSTABLE_STEP, max(look.runs, key=lambda run: run.dt)
+    # In natural units the largest frequency is 2 sqrt(3/2), and the limit 2 over that.
+    unit, longest = limit / math.sqrt(2 / 3), max(look.runs, key=lambda run: run.dt)
     run = next((c for c in deck.commands if c.index == longest.command), None)
     steps = [c for c in deck.named("timestep") if run is not None and c.place < run.place]
     step, what = longest.dt / unit, f"contacts pressed by {pressing:.4g}, {origin}"

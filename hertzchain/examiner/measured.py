@@ -194,7 +194,7 @@ def applied_force(scene: Scene, time: FloatArray) -> FloatArray:
 
 
 EXPONENT = 0.01  # of 3/2: two tries of a law of Hertz are within 1e-9, Hooke's is 0.5 off (chosen)
-_FORCE_ROUNDING = 1e-9  # of the largest force: a force below is round-off (chosen; 1e-12 is usual)
+ROUND_OFF = 1e-9  # relative: decks with 17 digits have less, 1e-12 is usual (chosen)
 
 
 def in_si(deck: FoundDeck, scene: Scene) -> tuple[FoundDeck, Units]:
@@ -347,7 +347,7 @@ def with_loads(deck: FoundDeck, scene: Scene) -> FoundDeck:
     force, time = deck.applied_force, deck.applied_time
     if force.shape[0] < 2:
         return deck
-    least = _FORCE_ROUNDING * float(np.max(np.abs(force), initial=0.0))
+    least = ROUND_OFF * float(np.max(np.abs(force), initial=0.0))
     rests = np.abs(force - force[0]) <= least
     # Start of the load on each granule: after the last reading without it.
     since = np.max(np.where(rests, -np.inf, time[:, np.newaxis]), axis=0, initial=-np.inf)
@@ -390,7 +390,7 @@ def start_of_shock(deck: FoundDeck, scene: Scene) -> float:
     if not scene.ramps:
         return _start_of_motion(deck)
     force = np.sum(deck.applied_force, axis=1)
-    acts = np.flatnonzero(np.abs(force) > _FORCE_ROUNDING * scene.peak_force)
+    acts = np.flatnonzero(np.abs(force) > ROUND_OFF * scene.peak_force)
     if acts.size == 0:
         return 0.0
     first = deck.applied_time[acts[0]]

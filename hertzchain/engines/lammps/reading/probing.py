@@ -141,7 +141,7 @@ AT_REST = [DEPTHS.index(depth) for depth, _ in DAMPED]
 """The overlap of each of these among those tried at rest."""
 
 QUIET = 1e-7
-"""Smallest force that is not round-off, as a part of a contact force.
+"""Smallest force that is not round-off, as a part of a contact force; or gap, of an overlap.
 
 Chosen: coordinates of 1e-16 of a long chain change forces at the smallest overlap by 1e-9."""
 

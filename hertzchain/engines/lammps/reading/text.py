@@ -292,8 +292,6 @@ _VARIABLES = frozenset(
 _FILE_KEYWORDS = ("file", "append")
 """Keywords before the name of a file, of ``print`` and of fixes that only record."""
 
-_WORDS_OF_FIX = 4  # fix, id, group, style
-
 _OF_MOLECULES = frozenset(("offset", "toff", "boff", "aoff", "doff", "ioff", "scale"))
 """Keywords of ``molecule`` after the names of its files."""
 
@@ -378,8 +376,8 @@ class Rules:
         return [*words[:first], *map(self._file, words[first:end]), *words[end:]], None
 
     def _fix(self, words: list[str]) -> Given:
-        if len(words) < _WORDS_OF_FIX:
-            return words, None  # LAMMPS says what is wrong
+        if len(words) < 4:  # id, group or style is missing: LAMMPS says so
+            return words, None
         _, number, _, style, *_ = words
         self.missing.discard(number)
         if style in _USELESS:

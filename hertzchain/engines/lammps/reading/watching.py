@@ -34,8 +34,6 @@ from hertzchain.errors import RunFailed
 from hertzchain.observables.samples import DampedLaw, Samples, closing
 from hertzchain.observables.watch import PeakWatch
 
-_EXPONENTS = (0.0, 0.25, 0.5)
-
 _END = {"first": (0, -1.0), "last": (-1, 1.0)}
 """Place of the granule at an end of the chain, and the direction outwards."""
 
@@ -166,8 +164,9 @@ def law_of(probes: Probes, contacts: int) -> DampedLaw:
             return elastic_law
         exponents = np.log(added[0] / added[1]) / np.log(deep[0] / deep[2])
         exponent = float(np.median(exponents[is_damped & np.isfinite(exponents)]))
-    # Largest difference of an exponent from one of these: rounding, and Hooke's contacts
-    exponent = next((power for power in _EXPONENTS if abs(power - exponent) < 1e-3), exponent)
+    # Those of the laws are multiples of 1/4; they are off by rounding (chosen).
+    nearest = round(4 * exponent) / 4
+    exponent = nearest if abs(nearest - exponent) < 1e-3 else exponent
     coefficient = np.where(is_damped, added[0] / (closing[0] * deep[0] ** exponent), 0.0)
     return DampedLaw(
         stiffness,
