@@ -131,9 +131,9 @@ def judge(
     tolerance: Largest relative difference that passes, 0.001 unless given. Of a scene with
         [uncertainty]: one that must be detected, 0.1 unless given.
     """
+    from hertzchain.lab.validation import SEEN, Validation, of_validation, validate
     from hertzchain.pulses.recording import read_columns
     from hertzchain.report.contents import document_of
-    from hertzchain.uncertainty.validation import SEEN, Validation, of_validation, validate
     from hertzchain.verdict.results import is_train, judge_trains
     from hertzchain.verdict.results import judge as judge_peaks
     from hertzchain.verdict.traces import is_traces, judge_traces, names_in
@@ -227,7 +227,7 @@ def fit(
     output FILE: Write the fitted scene (.toml).
     time_limit TIME: How long all runs together may take, seconds or with a unit ("10 min").
     """
-    from hertzchain.fits import fit as fits
+    from hertzchain.lab import fit as fits
 
     limit = options.to_time_limit(time_limit)
     loaded = options.load_scene(scene)
@@ -296,9 +296,9 @@ def spread(
     time_limit TIME: How long all runs together may take, seconds or with a unit ("10 min").
     output: Write the spread of all results (.csv, .parquet, .json).
     """
+    from hertzchain.lab import spread as spreads
+    from hertzchain.lab.spread import plot_spread, print_spread
     from hertzchain.report.files import check_format, write_result
-    from hertzchain.uncertainty import spread as spreads
-    from hertzchain.uncertainty.spread import plot_spread, print_spread
 
     check_format(output, "result")
     loaded, limit = options.load_scene(scene), options.to_time_limit(time_limit)

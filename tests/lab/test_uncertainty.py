@@ -12,11 +12,11 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.errors import SceneError
+from hertzchain.lab import validation
+from hertzchain.lab.spread import Realisations, first_order, print_spread
+from hertzchain.lab.validation import compared_numbers, of_validation
 from hertzchain.report.console import plain_text
 from hertzchain.scene.terms import Uncertain
-from hertzchain.uncertainty import validation
-from hertzchain.uncertainty.spread import Realisations, first_order, print_spread
-from hertzchain.uncertainty.validation import compared_numbers, of_validation
 from hertzchain.verdict.traces import PEAK, Number
 from tests.command_line import Command
 from tests.conftest import STEEL

@@ -11,9 +11,9 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.errors import SceneError
-from hertzchain.fits.model import drooped
+from hertzchain.lab.model import drooped
 from tests.command_line import Command
-from tests.fits.test_fit import FREE, START, TRUE, TRUTH, experiment, peaks_of
+from tests.lab.test_fit import FREE, START, TRUE, TRUTH, experiment, peaks_of
 
 DRIFT, HUM, CONSTANT = 0.05, 0.03, 4e-4  # parts of each peak over a record; time constant [s]
 

@@ -14,7 +14,7 @@ import numpy as np
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.native.backend import Native
 from hertzchain.errors import SceneError, require
-from hertzchain.fits.model import (
+from hertzchain.lab.model import (
     SLOPE_RTOL,
     Free,
     Model,

@@ -14,8 +14,8 @@ import pytest
 import hertzchain as hc
 from hertzchain.engines.native import backend
 from hertzchain.errors import HertzchainError, SceneError
-from hertzchain.fits import model
-from hertzchain.fits.model import Tie, ties_of
+from hertzchain.lab import model
+from hertzchain.lab.model import Tie, ties_of
 from tests.command_line import Command
 from tests.conftest import STEEL, paper_scene
 from tests.sweeps.made import CHAIN_SECTION, SEGMENTS, SHOCK

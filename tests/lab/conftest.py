@@ -8,4 +8,4 @@ import pytest
 @pytest.fixture
 def few_starts(monkeypatch: pytest.MonkeyPatch) -> None:
     """Search from one further start: each takes half a second if more than noise is left."""
-    monkeypatch.setattr("hertzchain.fits.fit._MOST_STARTS", 1)
+    monkeypatch.setattr("hertzchain.lab.fit._MOST_STARTS", 1)
