@@ -21,7 +21,6 @@ from hertzchain.lab.model import (
     OfPeaks,
     OfTraces,
     free_of,
-    is_hum,
     is_of_instrument,
     lasting,
     limits_of,
@@ -66,9 +65,8 @@ class Parameter:
     Parameters
     ----------
     key
-        Its key in the scene file, ``gain``, or one of a gauge such as ``gauge_6.drift``; a hum is
-        ``gauge_6.hum`` cos(2 pi frequency t + ``gauge_6.hum_phase``) at the time t of the file.
-        Where several files have the gauge, the number of the file follows: ``gauge_6.drift[2]``.
+        Its key in the scene file, ``gain``, or one of a gauge such as ``gauge_6.drift``. Where
+        several files have the gauge, the number of the file follows: ``gauge_6.drift[2]``.
     value, start
         The fitted value, and that of the given scene, in SI units; 0 for what is added to a force.
     deviation
@@ -271,7 +269,6 @@ def fit(
     traces: Measured | Sequence[Measured],
     free: Sequence[str],
     *,
-    ties: Mapping[str, str] | None = None,
     columns: Mapping[str, str] | None = None,
     clock: str = "shared",
     time_limit: float = TIME_LIMIT,
@@ -292,10 +289,7 @@ def fit(
         ``chain.gap=1 um:9 um``; ``gain`` is the ratio of the measured to the true force, the same
         for all gauges. Of one gauge, named as its column without its unit: ``gauge_6.gain``,
         ``gauge_6.droop``, the time constant of a charge amplifier [s], ``gauge_6.offset`` at the
-        time 0 of the file [N], ``gauge_6.drift`` [N/s], and ``gauge_6.hum=50 Hz``.
-    ties
-        Formulas of keys that follow from others, in SI units by full names:
-        ``{"chain.granules": "0.2 / (2 * chain.radius)"}`` keeps the length.
+        time 0 of the file [N], and ``gauge_6.drift`` [N/s].
     columns, progress
         As for ``judge_traces``.
     clock
@@ -318,7 +312,7 @@ def fit(
     allowed = f"must be one of {', '.join(_CLOCKS)}"
     require(clock in _CLOCKS, "clock", clock, allowed)
     scene, deadline = to_scene(scene), Deadline(time_limit)
-    chosen = free_of(scene, free, ties)
+    chosen = free_of(scene, free)
     is_list = isinstance(traces, Sequence) and not isinstance(traces, str)
     given: list[Any] = list(traces) if is_list else [traces]  # type: ignore[arg-type]
     are_files = all(
@@ -504,9 +498,6 @@ def _parameters(
     starts = *free.start, *[0.0] * len(added.keys)
     parameters = []
     for key, value, start, off in zip(keys, values, starts, deviation.tolist(), strict=True):
-        if is_hum(key) and off >= _UNKNOWN_DEVIATION * value:
-            alone = _unknown_alone(model.given, off / value)
-            raise SceneError(key, None, f"{alone}, or free a drift in its place")
         parameters.append(Parameter(key, float(value), start, off, unit_of_key(key)))
     return tuple(parameters), joint / np.outer(deviation, deviation)
 

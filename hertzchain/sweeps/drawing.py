@@ -19,8 +19,7 @@ from hertzchain.errors import HertzchainError, SceneError, require
 from hertzchain.report.style import COLOURS, distinct
 from hertzchain.scene.file import key_named
 from hertzchain.scene.keys import to_si
-from hertzchain.sweeps.columns import TEXT, column_named, columns_in, full_name, is_whole
-from hertzchain.sweeps.design import Axis
+from hertzchain.sweeps.columns import TEXT, column_named, full_name, is_whole
 
 if TYPE_CHECKING:
     import pandas
@@ -90,7 +89,7 @@ def draw(
     from hertzchain.report.document import in_prefixed
     from hertzchain.report.picture import SMALL, Picture, at_whole_numbers, in_units, parts_of
 
-    columns = [column.name for column in columns_in(sweep.manifest)]
+    columns = sweep.manifest["columns"]
     varied = [axis["name"] for axis in sweep.manifest["vary"]]
     fixed = {full_name(name, columns, varied): value for name, value in (where or {}).items()}
     require(len(fixed) == len(where or {}), next(iter(fixed), ""), None, "is fixed twice")
@@ -141,8 +140,9 @@ def _selected(
     sweep: Any, names: tuple[str, str, str | None], where: Mapping[str, Any], peaks: Any
 ) -> tuple[_Chart, list[str]]:
     """Return the rows of a sweep that have the wanted values, and sentences on missing ones."""
-    varied = [Axis.of(entry) for entry in sweep.manifest["vary"]]
-    crossed = {axis.name for axis in varied if axis.count is not None}
+    varied = sweep.manifest["vary"]
+    counts = {axis["name"]: len(axis.get("values", ())) or axis.get("count") for axis in varied}
+    crossed = {name for name, count in counts.items() if count is not None}
     wanted = [name for name in names if name and (peaks is None or name not in peaks)]
     frame = sweep.to_frame([*dict.fromkeys(("scene", "backend", "failure", *wanted, *crossed))])
     remarks = []
@@ -150,7 +150,7 @@ def _selected(
         there = f"{len(frame):,} of {sweep.rows:,} rows are there"
         remarks.append(f"the sweep is not complete, {there}")
     for name, value in where.items():
-        there = ", ".join(axis.name for axis in varied if axis.name in crossed)
+        there = ", ".join(name for name in counts if name in crossed)
         allowed = f"has no list or grid of values in this sweep, as have: {there}"
         require(name in {"backend", *crossed}, name, None, allowed)
         frame = frame[frame[name] == _meant(name, value, frame[name].unique())]
@@ -167,13 +167,13 @@ def _selected(
         more = f"; {failed:,} of them failed" if failed else ""
         without = f"{int(lost.sum()):,} of {lost.size:,} rows have no {lacking}"
         remarks.append(f"{without} and are left out{more}")
-    several = [axis.name for axis in varied if axis.count != 1]
+    several = [name for name, count in counts.items() if count != 1]
     several += ["backend"] if len(sweep.manifest["backends"]) > 1 else []
     left = [name for name in several if name not in where]
     frame = frame[~lost].astype(dict.fromkeys(numbers, "float64"))
     x, y, colour = names
     colour = colour or ("backend" if "backend" in left and y not in left else None)
-    logs = [axis.name for axis in varied if axis.form == "log"]
+    logs = [axis["name"] for axis in varied if axis.get("log")]
     return _Chart(x, y, colour, frame, left, crossed | {"backend"}, logs), remarks
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,10 +11,9 @@ import pytest
 import hertzchain as hc
 from hertzchain.errors import SceneError
 from hertzchain.lab.model import drooped
-from tests.command_line import Command
 from tests.lab.test_fit import FREE, START, TRUE, TRUTH, experiment, peaks_of
 
-DRIFT, HUM, CONSTANT = 0.05, 0.03, 4e-4  # parts of each peak over a record; time constant [s]
+DRIFT, CONSTANT = 0.05, 4e-4  # parts of each peak over a record; time constant [s]
 
 
 def shown(noise: float, seed: int = 0, **what: Any) -> tuple[pd.DataFrame, dict[str, float]]:
@@ -34,15 +32,12 @@ def shown(noise: float, seed: int = 0, **what: Any) -> tuple[pd.DataFrame, dict[
         added = {
             "offset": 0.1 * sign * peak,
             "drift": what.get("drift", 0.0) * sign * peak / length,
-            "hum": what.get("hum", 0.0) * peak,
         }
         clock = traces["time_s"]
-        wave = np.cos(2 * np.pi * 1.2 / length * clock + 0.7)
         of_noise = noise * peak * random.normal(size=time.size)
-        lines = added["offset"] + added["drift"] * clock + added["hum"] * wave
+        lines = added["offset"] + added["drift"] * clock
         traces[f"{gauge}_N"] = gain * force + lines + of_noise
         truth |= {f"{gauge}.{kind}": value for kind, value in added.items()}
-    truth["hum"] = 1.2 / length
     return traces, truth
 
 
@@ -70,14 +65,10 @@ def test_gain_offset_and_drift() -> None:
         assert value.value == pytest.approx(other.value, rel=1e-6)
 
 
-def test_hum_and_droop() -> None:
-    traces, truth = shown(0.01, seed=2, hum=HUM, droop=CONSTANT)
-    hum = f"{truth['hum']} Hz"
-    free = [*FREE, "gauge_4.hum=" + hum, "gauge_9.hum=" + hum, "gauge_9.droop=0.1 ms:10 ms"]
-    phases = {f"gauge_{k}.hum_phase": 0.7 for k in (4, 9)}
-    fit = hc.fit(START, traces, free)
-    holds(fit, truth | phases | {"gauge_9.droop": CONSTANT})
-    assert {value.key: value.unit for value in fit.parameters}["gauge_4.hum_phase"] == "rad"
+def test_droop() -> None:
+    traces, truth = shown(0.01, seed=2, droop=CONSTANT)
+    fit = hc.fit(START, traces, [*FREE, "gauge_9.droop=0.1 ms:10 ms"])
+    holds(fit, truth | {"gauge_9.droop": CONSTANT})
 
 
 def test_a_drift_of_each_record() -> None:
@@ -117,8 +108,6 @@ def test_a_charge_amplifier_forgets_a_step_by_its_time_constant() -> None:
         (["gain", "gauge_4.gain", "gauge_9.gain"], "cannot be told apart"),
         (["striker.velocity", "gauge_5.drift"], "not measured: the traces have gauge_4, gauge_9"),
         (["striker.velocity", "wall.gain"], "is not a gauge of a scene without"),
-        (["striker.velocity", "gauge_4.hum"], "needs the frequency of the hum: --hum 50"),
-        (["striker.velocity", "gauge_4.hum=-50"], "needs the frequency of the hum"),
         (["striker.velocity", "gauge_4.drift=1:2"], "has no range"),
         (["striker.velocity", "gauge_4.gain=2:1"], "must be the ends of its range"),
         (["striker.velocity", "gauge_4.gian"], "is not a key of a gauge: it has gain, droop"),
@@ -131,8 +120,6 @@ def test_a_charge_amplifier_forgets_a_step_by_its_time_constant() -> None:
         ([], "must be a list of keys"),
         (["striker.velocity=1:2"], "is 0.5 m/s, must be within 1 and 2 m/s, to"),
         (["chain.young_modulus=180 GPa"], "must be the ends of its range"),
-        # A hundredth of a period is a line.
-        (["striker.velocity", "gauge_4.hum=12 Hz"], "or free a drift in its place"),
     ],
     ids=lambda value: " ".join(value) if isinstance(value, list) else "",
 )  # fmt: skip
@@ -151,24 +138,6 @@ def test_droop_needs_the_charge_at_the_start() -> None:
         hc.fit(TRUE, peaks_of(TRUE, 0.01), ["striker.velocity", "gauge_4.gain"])
     with pytest.raises(SceneError, match="clock = 'none': must be one of shared, own, run"):
         hc.fit(TRUE, traces, FREE, clock="none")
-
-
-def test_the_command_has_the_frequency_of_hum(tmp_path: Path, hertzchain: Command) -> None:
-    START.to_toml(tmp_path / "start.toml")
-    traces, truth = shown(0.01, hum=HUM)
-    traces.to_csv(tmp_path / "traces.csv", index=False)
-    files = (tmp_path / "start.toml", tmp_path / "traces.csv")
-    keys = [*FREE, "gauge_4.hum", "gauge_9.hum"]
-    free = [word for key in keys for word in ("--free", key)]
-    done = hertzchain("fit", *files, *free, "--hum", truth["hum"], "--json")
-    assert done.status == 0, done.err
-    values = {value["key"]: value for value in done.json()["parameters"]}
-    low, high = values["gauge_9.hum"]["interval_95"]
-    assert abs(values["gauge_9.hum"]["value"] - truth["gauge_9.hum"]) < high - low
-    refused = hertzchain("fit", *files, "--free", FREE[0], "--hum", "50")
-    assert (refused.status, "is for --free gauge_6.hum" in refused.err) == (2, True)
-    both = hertzchain("fit", *files, "--free", FREE[0], "--own-clocks", "--no-shift")
-    assert (both.status, "cannot go with --no-shift" in both.err) == (2, True)
 
 
 @pytest.mark.slow

@@ -12,7 +12,7 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.sweeps import drawing
-from hertzchain.sweeps.columns import COLUMNS, full_name
+from hertzchain.sweeps.columns import columns_of, full_name
 from hertzchain.sweeps.drawing import cell_edges, draw
 from tests.command_line import Command
 from tests.conftest import paper_scene
@@ -116,8 +116,13 @@ def test_nothing_to_draw_is_refused() -> None:
 
 
 def test_the_section_may_be_left_out() -> None:
-    assert full_name("momentum_ratio") == full_name(RATIO) == full_name("LM_ratio") == RATIO
-    assert [full_name(name) for name in ("speed_m_s", "p", "F_SW", "F0", "n", "N")] == [
+    columns = [column.name for column in columns_of(BASE, [])]
+    assert {full_name(name, columns, []) for name in ("momentum_ratio", "LM_ratio", RATIO)} == {
+        RATIO
+    }
+    assert [
+        full_name(name, columns, []) for name in ("speed_m_s", "p", "F_SW", "F0", "n", "N")
+    ] == [
         *("speed_m_s", "transition_granules", "solitary_wave_force_N"),
         *("shock.peak_force", "shock.duration_ratio", "chain.granules"),
     ]
@@ -127,8 +132,8 @@ def test_the_section_may_be_left_out() -> None:
         with pytest.raises(hc.HertzchainError, match="is in several sections: name one of"):
             full_name("young_modulus", both, varied)
     with pytest.raises(hc.HertzchainError, match=r"did you mean shock.momentum_ratio\?$"):
-        full_name("shock.momentum_ration")
-    assert len({name.partition(".")[2] or name for name in COLUMNS}) == len(COLUMNS)
+        full_name("shock.momentum_ration", columns, [])
+    assert len({name.partition(".")[2] or name for name in columns}) == len(columns)
 
 
 @pytest.mark.parametrize(
