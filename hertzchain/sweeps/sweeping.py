@@ -40,6 +40,8 @@ if TYPE_CHECKING:
 
 
 MANIFEST, TABLE = "sweep.json", "scenes"
+_OF_RUNS = ("time_limit", "peaks_only")
+"""Settings of backends that change no number of a sweep."""
 
 
 class Parts:
@@ -406,29 +408,25 @@ def sweep(
 
 def settings(backend: Backend) -> dict[str, Any]:
     """Return the settings of a backend that change numbers, as a JSON object."""
-    of_runs = {"time_limit", "peaks_only"}
-    names = [field.name for field in fields(backend) if field.name not in of_runs]
-    kept = {name: getattr(backend, name) for name in names}
+    names = [field.name for field in fields(backend)]
+    kept = {name: getattr(backend, name) for name in names if name not in _OF_RUNS}
     lmp = {"lmp": str(kept["lmp"])} if kept.get("lmp") is not None else {}
     return {"name": backend.name, **kept, **lmp}
 
 
 def _backends(given: str | Iterable[str | Backend], rtol: float) -> tuple[Backend, ...]:
-    is_alone = isinstance(given, str) or not isinstance(given, Iterable)
-    each: Iterable[Any] = [given] if is_alone or getattr(given, "shape", 1) == () else given
-    backends: list[Backend] = []
-    for backend in each:
+    is_list = isinstance(given, Iterable) and not isinstance(given, str)
+    each: list[Any] = list(given) if is_list else [given]
+    for k, backend in enumerate(each):
         if isinstance(backend, str):
             require(backend in KINDS, "backends", backend, f"must be one of {', '.join(KINDS)}")
-            backends.append(KINDS[backend](rtol=rtol))
-        else:
-            allowed = "must be Native, Lammps or the name of a backend"
-            require(isinstance(backend, Backend), "backends", backend, allowed)
-            backends.append(backend)
-    names = [backend.name for backend in backends]
-    require(len(names) > 0, "backends", None, "must be at least one")
-    require(len(set(names)) == len(names), "backends", names, "must not be given twice")
-    return tuple(backends)
+            each[k] = KINDS[backend](rtol=rtol)
+        allowed = "must be Native, Lammps or the name of a backend"
+        require(isinstance(each[k], Backend), "backends", backend, allowed)
+    names = [backend.name for backend in each]
+    allowed = "must be at least one backend, and none twice"
+    require(0 < len(names) == len(set(names)), "backends", names, allowed)
+    return tuple(each)
 
 
 def _joined(frames: Iterable[pandas.DataFrame]) -> pandas.DataFrame:

@@ -290,10 +290,10 @@ def test_accuracy_that_is_missed_is_counted(monkeypatch: pytest.MonkeyPatch) -> 
 @pytest.mark.parametrize(
     ("backends", "words"),
     [
-        ((), "must be at least one"),
+        ((), "must be at least one backend"),
         ("gromacs", "backends = 'gromacs': must be one of native, lammps"),
         (None, "must be Native, Lammps or the name"),
-        (("native", hc.Native(rtol=1e-4)), "must not be given twice"),
+        (("native", hc.Native(rtol=1e-4)), "at least one backend, and none twice"),
         ((3,), "must be Native, Lammps or the name"),
     ],
 )
