@@ -15,6 +15,7 @@ from hertzchain.arrays import FloatArray
 from hertzchain.engines.native.backend import Native
 from hertzchain.errors import SceneError, require
 from hertzchain.lab.model import (
+    LEAST_NOISE,
     SLOPE_RTOL,
     Free,
     Model,
@@ -232,18 +233,18 @@ _LEAST_MEAN_SQUARE = 0.5
 coarsely sampled pulse may lead to a too large noise; without noise the least noise of the model is
 used."""
 
-_MOST_STARTS, _START_RANGE = 8, (0.8, 1.25)
-"""Number of starts that are tried where granules fly or the residual is more than noise, spread
-evenly over the given ranges, and the range around the scene's values otherwise (chosen): of four
-none came to the best minimum in experiment 322 of ``validation/experiments.py``."""
+_MOST_SEARCHES, _START_RANGE = 8, (0.8, 1.25)
+"""Most further searches: from starts where granules fly or the residual is more than noise, spread
+evenly over the given ranges, and the range around the scene's values otherwise (chosen: of four
+none came to the best minimum in experiment 322 of ``validation/experiments.py``); and from better
+values near a minimum."""
 
 _NEARBY_DEVIATIONS = (-3.0, -1.0, 1.0, 3.0)
 """Standard deviations from the best values, along each axis of the covariance, at which a better
 fit is searched: forces that jump between two samples cause local minima some deviations apart."""
 
-_LEAST_DECREASE, _MOST_SEARCHES = 1.0, 8
-"""Decrease of squared differences by which a fit is better, that of one deviation; and the most
-searches for better fits (chosen)."""
+_LEAST_DECREASE = 1.0
+"""Decrease of squared differences by which a fit is better: that of one deviation."""
 
 _LAST_FTOL, _SMOOTHED_FTOL, _MOST_SEARCH_STEPS = 1e-6, 1e-4, 25
 """Relative decrease of squares at which a search ends, 1e-3 of a deviation in 2,000 samples; that
@@ -252,9 +253,6 @@ of a smoothed one; and the most steps (chosen): where forces jump, searches do n
 _EQUAL_DEVIATION_RATIO, _MOST_DEVIATION_ROUNDS = 1.1, 4
 """Ratio of successive deviations up to which they count as equal; and the most repetitions of their
 computation (chosen)."""
-
-_LEAST_PEAK_NOISE = 1e-6
-"""Least relative noise of peak forces: digits of files (chosen)."""
 
 _END_RATIO = 1e-6
 """Relative distance from an end of its range at which a value counts as at it: least squares stay
@@ -383,7 +381,7 @@ def _searches(model: Model) -> Iterator[tuple[FloatArray, tuple[float, ...]]]:
         yield begin, model.widths
     low = np.where(free.is_given, free.low, np.maximum(free.low, _START_RANGE[0]))
     high = np.where(free.is_given, free.high, np.minimum(free.high, _START_RANGE[1]))
-    for place in sobol_points(count, 0, np.arange(_MOST_STARTS)):
+    for place in sobol_points(count, 0, np.arange(_MOST_SEARCHES)):
         yield np.append(low + place * (high - low), begin[count:]), model.widths
 
 
@@ -414,10 +412,7 @@ def _least_squares(model: Model, begin: FloatArray, widths: Sequence[float]) -> 
 
 
 def _refined(model: Model, minimum: _Minimum) -> _Minimum:
-    """Return the best of several minima that lie several standard deviations apart.
-
-    If the residual is far above the noise, the minimum is not refined.
-    """
+    """Return the best of minima some standard deviations apart, if the residual is noise."""
     for _ in range(_MOST_SEARCHES):
         better = None if minimum.mean_square > MOST_MEAN_SQUARE else _beside(model, minimum)
         if better is None:
@@ -483,10 +478,7 @@ def _unknown_alone(given: str, relative: float) -> str:
 def _parameters(
     model: Model, x: FloatArray, covariance: FloatArray, variance: float
 ) -> tuple[tuple[Parameter, ...], FloatArray]:
-    """Return the values of all keys and their correlations, shape (keys, keys).
-
-    What instruments add follows from the variables x, whose covariance is given, and from noise.
-    """
+    """Return the values of all keys and of what instruments add; correlations, (keys, keys)."""
     free, added, count = model.free, model.added(x), len(model.free.keys)
     moves = np.concatenate([np.eye(x.size)[:count] * np.array(free.start)[:, None], added.slopes])
     joint = moves @ covariance @ moves.T
@@ -520,8 +512,7 @@ def _unknown(off: FloatArray, x: FloatArray) -> float:
 
     left = off.size - x.size
     wider = float(stdtrit(left, 0.975)) / NORMAL_95
-    # Digits of a file differ by as much even if nothing else does.
-    return max(float(np.sum(off**2)) / left, _LEAST_PEAK_NOISE**2) * wider**2
+    return max(float(np.sum(off**2)) / left, LEAST_NOISE**2) * wider**2
 
 
 def _covariance(model: Model, x: FloatArray, slopes: FloatArray, variance: float) -> FloatArray:
@@ -587,10 +578,7 @@ def _refuse_alike(model: Model, slopes: FloatArray) -> None:
 
 
 def _refusal(model: Model, nothing: FloatArray, alone: str) -> SceneError:
-    """Return why keys are refused, from their relative changes that change no measured number.
-
-    ``alone`` is the text for a single key.
-    """
+    """Return why keys are refused whose relative changes change ``nothing``; ``alone``: a key's."""
     moved = np.flatnonzero(np.abs(nothing) > _NAMED_SHARE * np.max(np.abs(nothing)))
     keys, changes = [model.free.keys[k] for k in moved], nothing[moved]
     if len(keys) == 1:

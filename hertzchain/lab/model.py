@@ -196,8 +196,8 @@ _LOOSEST_RTOL, _RTOL_OVER_NOISE = 3e-6, 1e-3
 """Accuracy of runs during a search: this part of the noise over the peak, and its loosest, at which
 slopes are known to a part in 300."""
 
-_LEAST_NOISE = 1e-6
-"""Least noise over the peak (chosen): rounding in files, and the shift of a clock."""
+LEAST_NOISE = 1e-6
+"""Least noise over the peak (chosen): digits of files, and the shift of a clock."""
 
 _STILL_FORCE_RATIO = 0.01  # change of a force over its largest that is not a pulse; chosen
 
@@ -397,7 +397,7 @@ class OfTraces(Model):
                 before = columns[:quiet]
                 left = force[:quiet] - before @ np.linalg.lstsq(before, force[:quiet])[0]
                 noise = noise_before(left, 1.0, resolution_of(force)).deviation
-            noise = max(noise, float(_LEAST_NOISE * np.max(np.abs(expected.force[:, k]))))
+            noise = max(noise, float(LEAST_NOISE * np.max(np.abs(expected.force[:, k]))))
             compared.append(Series(
                 at, place, time, force / noise, noise, quiet, block, columns,
                 np.linalg.pinv(columns).astype(np.float64),
@@ -528,10 +528,6 @@ def lasting(differences: FloatArray) -> tuple[float, float]:
     return along, 1.0 if is_white else max((1 + along) / max(1 - along, 1e-3), 1.0)
 
 
-_SEARCH_RTOL = 1e-8
-"""Relative accuracy of the runs of a search: a hundredth of the last digit of files (derived)."""
-
-
 class OfPeaks(Model):
     """Relative differences of peak forces.
 
@@ -558,10 +554,10 @@ class OfPeaks(Model):
         allowed = f"must be at least {need} for {len(free.keys)} free keys: measure more contacts"
         require(self.size >= need, "number of peaks", self.size, allowed)
 
-    def _read(self, x: FloatArray, rtol: float | None) -> FloatArray:
-        rtol, scene = rtol or _SEARCH_RTOL, self.scene(x)
+    def _read(self, x: FloatArray, rtol: float | None) -> FloatArray:  # noqa: ARG002
+        scene = self.scene(x)
         run: Result = self._deadline.spend(
-            lambda left: Native(rtol=rtol, time_limit=left, wanted="all").run(scene)
+            lambda left: Native(rtol=SLOPE_RTOL, time_limit=left, wanted="all").run(scene)
         )
         late = self._places[run.is_cut_off[self._places]]
         if late.size:

@@ -29,8 +29,9 @@ if TYPE_CHECKING:
 
 SIZE = (8.0, 5.0)  # width and height by default [inches]
 _LETTERS = 15  # letters of a remark in an inch of width
-_MOST_LINES = 1000  # most lines, chosen: more cannot be distinguished, and each costs a millisecond
-_MOST_VECTORS = 5000  # number of points from which PDF and SVG contain a bitmap of them
+_MOST_MARKS = 1000
+"""Most lines, and most points that are no bitmap in PDF and SVG (chosen): more cannot be told
+apart, and each line costs a millisecond."""
 _TOLERANCE = 1e-3  # largest relative difference of a given value from the sweep's: three digits
 _DECADES = 100.0  # ratio of the largest value to the smallest from which an axis is logarithmic
 _ALONG = ("peak_force_N", "peak_time_s")  # columns that can be drawn along the chain
@@ -208,14 +209,14 @@ def _fill(axes: Axes, chart: _Chart, is_along: bool) -> None:
     if is_along or (is_grid and colour in (None, *chart.others)):
         across = ["scene", "backend"] if is_along else [*chart.others, "backend"]
         lines = [line.index for _, line in frame.groupby(across, sort=False)]
-        allowed = f"must be {_MOST_LINES:,} at most to be told apart: fix values (--where)"
-        require(len(lines) <= _MOST_LINES, "lines", len(lines), allowed)
+        allowed = f"must be {_MOST_MARKS:,} at most to be told apart: fix values (--where)"
+        require(len(lines) <= _MOST_MARKS, "lines", len(lines), allowed)
         style = "steps-mid" if is_whole(y) else "default"  # there is no p between 9 and 10
         for index in lines:
             line = frame.loc[index].sort_values(x)
             axes.plot(line[x], line[y], color=shades[index[0]], marker=".", lw=1.2, drawstyle=style)
         return
-    many = len(frame) > _MOST_VECTORS
+    many = len(frame) > _MOST_MARKS
     axes.scatter(frame[x], frame[y], s=1 if many else 9, c=[*shades], rasterized=many)
 
 

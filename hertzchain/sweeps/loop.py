@@ -139,7 +139,6 @@ KINDS: dict[str, type[Backend]] = {"native": Native, "lammps": Lammps}
 MOST_ROWS, MOST_PEAKS = 10_000, 500_000  # scenes and contacts of a part, chosen: about 30 MB
 _SINGLE_SCENES = 50  # scenes of a part that are run one by one; chosen: a kill loses as many
 _LEAST_PARTS = 16  # least number of parts; chosen, so that few scenes keep all cores busy
-_COUNTED_SCENES = 500  # number of scenes whose granules are counted
 _SERIAL_WORK, _SMALL_CHAIN_GRANULES = 2_000_000, 40
 """Scenes times granules squared, at least those of a small chain, below which no process is started
 (measured): two take 2 s to start, as long as 1,200 elastic scenes of 31 granules or 550 of 60.
@@ -194,8 +193,7 @@ def part_size(design: Design, backend: Backend) -> int:
 
 def _largest(design: Design) -> int:
     """Return the granules of the longest chain of some scenes."""
-    some = np.linspace(0, design.scenes - 1, min(design.scenes, _COUNTED_SCENES)).astype(np.int64)
-    return int(np.max(design.parameters(some)["chain.granules"]))
+    return int(np.max(design.some_parameters["chain.granules"]))
 
 
 def _is_batched(design: Design, backend: Backend) -> bool:
@@ -207,10 +205,7 @@ def _is_batched(design: Design, backend: Backend) -> bool:
 
 
 def _is_short(design: Design, backend: Backend) -> bool:
-    """Return whether scenes are few and chains short, and one process is enough.
-
-    LAMMPS, given steps and damped contacts take longer than starting processes.
-    """
+    """Return whether scenes are few and quick: elastic, by accuracy, native, and chains short."""
     if isinstance(backend, Lammps) or backend.dt is not None or backend.method is not None:
         return False
     if design.base.contact is not None:

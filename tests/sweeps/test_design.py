@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import pickle
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -21,7 +20,7 @@ from hertzchain.sweeps.design import MOST_SCENES, design, sobol_points
 from hertzchain.sweeps.loop import MOST_PEAKS, cut, part_size
 from tests.command_line import Command
 from tests.conftest import STEEL
-from tests.sweeps.made import CHAIN_SECTION, GRID, SHOCK, SHORT, all_scenes
+from tests.sweeps.conftest import GRID, SHORT, all_scenes
 from tests.sweeps.test_sweeps_of_files import LOADED, PISTON, PLAIN, SINE, STRIKER, TABLE, chain_of
 
 
@@ -268,7 +267,9 @@ OF_ROWS: list[tuple[hc.Scene, dict[str, Any], str]] = [
     (SINE, {"amplitude": "11,5"}, "shock.amplitude = 11.0: must be at most the static load"),
     (LOADED, {"gravity": [1.0, 0.0]}, "precompression.gravity = 1.0: needs a [wall]"),
     (LOADED, {"chain.gap": [1e-6, 0.0]}, "chain.gap: must be 0 with [precompression]"),
-]
+    (hc.Scene(hc.Chain(3, **STEEL, velocity=1.0), wall=hc.Wall("rigid")),
+     {"chain.velocity": [-1.0, 1.0]}, "velocities at the start: "),
+]  # fmt: skip
 
 
 @pytest.mark.parametrize(("scene", "vary", "words"), OF_ROWS, ids=[case[2] for case in OF_ROWS])
@@ -278,24 +279,6 @@ def test_what_only_the_rest_of_a_scene_excludes_is_the_reason_in_its_row(
     bad, good = hc.sweep(scene, vary, rtol=1e-4).to_frame()["failure"].tolist()
     assert words in bad
     assert pd.isna(good)
-
-
-def test_a_ratio_whose_radii_leave_floating_point_is_the_reason_in_a_row(tmp_path: Path) -> None:
-    taper = "[[chain.segments]]\ngranules = 6\n"
-    (tmp_path / "taper.toml").write_text(CHAIN_SECTION + taper + SHOCK)
-    table = hc.sweep(tmp_path / "taper.toml", {"chain.segments.1.radius_ratio": [1e-300, 1.0]})
-    assert "chain.radius of granule 3 = 0.0: must be" in table.to_frame()["failure"][0]
-
-
-def test_a_chain_with_other_values_has_no_segments(segmented: hc.Scene) -> None:
-    """The segments of the file would not describe it."""
-    assert segmented.chain.section is not None
-    assert pickle.loads(pickle.dumps(segmented)).chain.section == segmented.chain.section  # noqa: S301
-    assert replace(segmented, shock=hc.Striker(1.0)).chain.section is not None
-    other = replace(segmented.chain, density=1000.0)
-    assert other.section is None
-    with pytest.raises(SceneError, match=r"chain\.radius: cannot vary"):
-        design(replace(segmented, chain=other), {"chain.radius": [1.0, 2.0]})
 
 
 SCENE = hc.Scene(hc.Chain(20, **STEEL), hc.Striker(0.5))

@@ -16,8 +16,7 @@ from hertzchain.sweeps.columns import columns_of, full_name
 from hertzchain.sweeps.drawing import cell_edges, draw
 from tests.command_line import Command
 from tests.conftest import paper_scene
-from tests.sweeps.conftest import PROFILES
-from tests.sweeps.made import BASE, F_SW, LAMMPS, RATIO, N, P, drawn_lines, legend
+from tests.sweeps.conftest import BASE, F_SW, LAMMPS, PROFILES, RATIO, N, P, drawn_lines, legend
 
 pytestmark = [pytest.mark.lammps, pytest.mark.usefixtures("one_core")]
 
@@ -56,9 +55,9 @@ def test_backends_are_told_apart_where_nothing_is_asked_for(both: hc.Sweep) -> N
 def test_too_many_lines_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     swept = hc.sweep(BASE, {RATIO: "0.1,1", N: "2:3:4"}, peaks=True)
     for x, y, lines in ((RATIO, "largest_peak_force_N", 4), ("contact", "peak_force_N", 8)):
-        monkeypatch.setattr(drawing, "_MOST_LINES", lines)
+        monkeypatch.setattr(drawing, "_MOST_MARKS", lines)
         assert len(draw(swept, x, y).figure.axes[0].lines) == lines
-        monkeypatch.setattr(drawing, "_MOST_LINES", lines - 1)
+        monkeypatch.setattr(drawing, "_MOST_MARKS", lines - 1)
         with pytest.raises(hc.HertzchainError, match=f"lines = {lines}: must be .* fix values"):
             draw(swept, x, y)
 

@@ -15,7 +15,7 @@ import hertzchain as hc
 from hertzchain.errors import OutputError, SceneError
 from hertzchain.sweeps import loop
 from hertzchain.sweeps.sweeping import claimed, settings
-from tests.sweeps.made import GRID, SHORT
+from tests.sweeps.conftest import GRID, SHORT
 
 
 @pytest.fixture
