@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -154,34 +155,34 @@ def test_a_part_is_there_whole_or_not_at_all(
     pd.testing.assert_frame_equal(resumed.to_frame(), there, check_exact=True)
 
 
-def changed_byte(content: bytes) -> bytes:
-    """Return the file with one bit of its first column changed."""
+def with_changed_bit(content: bytes) -> bytes:
+    """Return a file with one bit of its first column changed."""
     return content[:40] + bytes([content[40] ^ 1]) + content[41:]
 
 
-def reversed_bytes(content: bytes) -> bytes:
-    """Return the file backwards."""
-    return content[::-1]
+DAMAGES: dict[str, Callable[[Path, Path], object]] = {
+    "lost": lambda path, _: path.unlink(),
+    "truncated": lambda path, _: path.write_bytes(path.read_bytes()[:-9]),
+    "a bit": lambda path, _: path.write_bytes(with_changed_bit(path.read_bytes())),
+    "no table": lambda path, _: path.write_bytes(path.read_bytes()[::-1]),
+    "another part": lambda path, other: path.write_bytes(other.read_bytes()),
+    "a column less": lambda path, _: (
+        pd.read_parquet(path).drop(columns="peak_time_s").to_parquet(path)
+    ),
+}
+"""Damages of a part, next to another one."""
 
 
-@pytest.mark.parametrize(
-    "damage",
-    [None, lambda content: content[:-9], changed_byte, reversed_bytes, "another"],
-    ids=["lost", "truncated", "a byte", "other bytes", "another part"],
-)
+@pytest.mark.parametrize("damage", DAMAGES)
 def test_parts_that_are_lost_or_damaged_are_measured_again(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, damage: Any
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, damage: str
 ) -> None:
     monkeypatch.setattr(loop, "MOST_ROWS", 3)
     hc.sweep(SHORT, GRID, peaks=True, output=tmp_path)
     whole = hc.sweep(SHORT, GRID, peaks=True)
     path, other = (tmp_path / "scenes" / f"native-000{k}.parquet" for k in (1, 0))
-    if damage is None:
-        path.unlink()
-    else:
-        content = other.read_bytes() if damage == "another" else damage(path.read_bytes())
-        path.write_bytes(content)
-    if damage == reversed_bytes:
+    DAMAGES[damage](path, other)
+    if damage == "no table":
         words = r"cannot be read \(.*\).* the same sweep measures its scenes again"
         with pytest.raises(OutputError, match=f"{path}: {words}"):
             hc.Sweep.load(tmp_path).to_frame()
