@@ -28,7 +28,7 @@ LEVELS = (
     ("known", "verdict"),
     ("report",),
     ("sweeps",),
-    ("fits", "uncertainty"),
+    ("lab",),
     ("cli", "pytest_plugin"),
     ("__main__",),
 )

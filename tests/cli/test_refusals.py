@@ -82,7 +82,7 @@ sweep scene.toml -o out --table scene.toml => scene.toml: must be a table of sce
 sweep scene.toml -o out --table no.csv => no.csv; No such file
 sweep scene.toml -o out GRID --rtol 1e-30 => rtol = 1e-30: must be
 sweep scene.toml -o out GRID --time-limit '-1 s' => --time-limit = '-1 s'
-sweep scene.toml -o out GRID --backend native --backend native => must not be given twice
+sweep scene.toml -o out GRID --backend native --backend native => and none twice
 sweep scene.toml -o out GRID --scheduler abc => the scheduler 'abc' cannot be
 sweep scene.toml -o out.csv GRID => must be a folder
 sweep scene.toml -o scene.toml/out GRID => cannot be made
