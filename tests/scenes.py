@@ -119,7 +119,7 @@ DAMPED = {
     ),
     "dashpot, pulling": replace(TERMS["column"], contact=replace(DASHPOT, attraction=True)),
 }
-"""All laws, and scenes that have every term; LIGGGHTS has no dashpots, Yade only the first."""
+"""All laws, and scenes that have every term; LIGGGHTS has the first two, Yade only the first."""
 
 # Drives
 
