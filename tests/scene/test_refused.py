@@ -135,9 +135,8 @@ pulse chain.segments=[{granules=60, mass=4e-3}] => chain.segments.1.mass = 0.004
 measured chain.segments=[{granules=60, young_modulus=1e9}] => is allowed only with chain.young_modulus
 measured chain.segments=[{granules=60, length=1e-2}] => is allowed only with chain.length
 measured -chain.radius => chain.radius: missing
-trapezoid shock.rise_time=3 => shock.rise_time = 3: must be below duration = 3 s
 trapezoid shock.fall_time=1e-20 => shock.fall_time = 1e-20: must be above 3e-12 s, the rounding of times
-trapezoid shock.fall_time=2.5 => shock.fall_time = 2.5: must be at most duration - rise_time = 2 s
+trapezoid shock.fall_time=2.5 => shock.rise_time + fall_time = 3.5: must be at most duration = 3 s
 file chain.granules=3 => chain.granules = 3: must be 2, the rows of chain.file
 file chain.radius=1e-3 => chain.radius = 0.001: not allowed with file, allowed are file, granules
 file chain.file="no.csv" => must be a CSV file
