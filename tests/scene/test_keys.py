@@ -225,7 +225,7 @@ NONSENSE = [
         *((value, "m", NUMBER) for value in NONSENSE),
         ("4.75 s", "m", "has the wrong dimension ([time]), must be a number [m] or a string such"),
         ("193 GN", "Pa", "[mass]"),
-        ("7958 kg/m^2", "kg/m^3", "[length] ** 2"),
+        ("7958 kg/m^2", "kg/m^3", "did you mean kg/m^3?"),
         ("0.3 m", "", "[length]"),
         ("1 radian", "m", "radian"),
         ("20 degC", "m", "[temperature]"),
