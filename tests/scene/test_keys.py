@@ -177,6 +177,7 @@ def test_unusual_values_of_every_part_are_remarked() -> None:
     [
         ("4.75 mm", "m", 4.75e-3),
         ("193 GPa", "Pa", 193e9),
+        ("1.23456789012345 mm", "m", 1.23456789012345e-3),
         ("193e9 N/m^2", "Pa", 193e9),
         ("7958 kg/m^3", "kg/m^3", 7958.0),
         ("7.958 g/cm**3", "kg/m^3", 7958.0),
