@@ -110,6 +110,7 @@ pulse chain.segments=[{granules=60, gap=-1e-6}] => chain.gap of granule 1 = -1e-
 pulse chain.segments=[{granules=60, radius_ratio=1e300}] => chain.radius of granule 3 = inf: must be a finite number above 0
 pulse chain.segments=[{granules=60, cell=[{poisson_ratio=0.7}]}] => chain.poisson_ratio of granule 1 = 0.7
 pulse chain.granules=1000001; wall.kind="same" => chain.granules = 1000001: must be at most 1000000 in a scene with wall
+pulse shock.granule=3; precompression.force=3; chain.segments=[{granules=1, fixed=true},{granules=59}] => fixed granule 1: must not be fixed: the static load presses it
 pulse precompression={} => precompression.force and gravity: both are 0
 pulse precompression.gravity=9.81 => precompression.gravity = 9.81: needs a [wall]
 pulse precompression.force=20; chain.gap=1e-6 => chain.gap: must be 0 with [precompression]
