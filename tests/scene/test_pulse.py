@@ -178,6 +178,13 @@ def test_the_largest_step_of_a_schedule_gives_that_schedule_again(end: float, dt
     assert lay_steps(ramps, 2 * end, max(leg.dt for leg in legs)) == legs
 
 
+@pytest.mark.parametrize("rise", [0.1, 0.3, 0.7, 0.9])
+def test_a_trapezoid_may_have_no_constant_force(rise: float) -> None:
+    """Sums of times are rounded: 1 ms - 0.7 ms is not 0.3 ms."""
+    first, last = hc.Trapezoid(1.0, 1e-3, 1e-3 * rise, 1e-3 * (1 - rise)).ramps()
+    assert first.end == last.start
+
+
 # Pistons
 
 
