@@ -170,6 +170,13 @@ def test_walls_and_loads_by_hand(wall: hc.Wall, modulus: float) -> None:
     assert granules.constant_force == pytest.approx([0.0, *[weight] * 3], rel=1e-14)
 
 
+def test_a_fixed_granule_takes_the_whole_load() -> None:
+    chain = hc.Chain(5, **STEEL, fixed=[False, False, True, False, False])
+    shock = hc.Pulse("cosine", 1.0, 2.0, rise_time=1e-5)
+    scene = hc.Scene(chain, shock, precompression=hc.Precompression(3.0))
+    assert scene.granules.static_force.tolist() == [3.0, 3.0, 0.0, 0.0]
+
+
 # Written and read
 
 
