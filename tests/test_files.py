@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
 import threading
 from pathlib import Path
 
@@ -106,27 +104,3 @@ def test_a_link_to_another_file_system_is_followed(tmp_path: Path, full_disk: Pa
     (tmp_path / "lost.txt").symlink_to(tmp_path / "no" / "a.txt")
     write_text(tmp_path / "lost.txt", "in a new folder")
     assert (tmp_path / "no" / "a.txt").read_text() == "in a new folder"
-
-
-WRITER = """
-import sys
-from pathlib import Path
-from hertzchain.files import write_text
-
-for _ in range(200):
-    write_text(Path("a.txt"), sys.argv[1] * 100_000)
-"""
-
-
-def test_of_two_that_write_to_one_place_one_is_whole(tmp_path: Path) -> None:
-    writers = [
-        subprocess.Popen([sys.executable, "-c", WRITER, letter], cwd=tmp_path) for letter in "ab"
-    ]
-    seen = set()
-    while any(writer.poll() is None for writer in writers):
-        if (tmp_path / "a.txt").exists():
-            seen.add((tmp_path / "a.txt").read_text())
-    assert [writer.returncode for writer in writers] == [0, 0]
-    seen.add((tmp_path / "a.txt").read_text())
-    assert seen <= {letter * 100_000 for letter in "ab"}
-    assert names(tmp_path) == ["a.txt"]

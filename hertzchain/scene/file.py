@@ -330,11 +330,11 @@ def _given(part: Any, defaults: bool) -> dict[str, Any]:
     """The fields of a frozen object that are given, without None and perhaps without defaults."""
     if part is None:
         return {}
-    values = {field.name: (getattr(part, field.name), field.default) for field in fields(part)}
     return {
-        key: list(value) if isinstance(value, tuple) else value
-        for key, (value, default) in values.items()
-        if value is not None and key != "file" and (defaults or value != default)
+        field.name: list(value) if isinstance(value, tuple) else value
+        for field in fields(part)
+        if (value := getattr(part, field.name)) is not None
+        if field.name != "file" and (defaults or value != field.default)
     }
 
 
@@ -346,7 +346,30 @@ def read_parts(path: Path) -> dict[str, Any]:
 
     A SceneError names key, value and what is allowed.
     """
-    return _parts(_load(path), path.parent)
+    document, folder = _load(path), path.parent
+    for key, value in document.items():
+        if key not in SECTIONS:
+            allowed = f"unknown key, allowed are the sections {', '.join(SECTIONS)}"
+            raise SceneError(key, value, allowed + did_you_mean(key, SECTIONS))
+        allowed, is_section = f"must be a section, [{key}]", isinstance(value, dict)
+        if key == "gauge":
+            allowed = "must be [[gauge]], with two brackets: there may be several"
+            is_section = isinstance(value, list) and all(isinstance(gauge, dict) for gauge in value)
+        require(is_section, key, value, allowed)
+    require("chain" in document, "[chain]", None, "missing section")
+    allowed = "both sections are given, at most one is allowed"
+    require(not {"shock", "striker"} <= document.keys(), "[shock] and [striker]", None, allowed)
+    return {
+        "chain": read_chain(document["chain"], folder),
+        "shock": _shock(document, folder),
+        **{
+            name: _section(name, document[name], kind)
+            for name, kind in OTHERS.items()
+            if name in document
+        },
+        "gauges": tuple(_section("gauge", gauge, Gauge) for gauge in document.get("gauge", ())),
+        "uncertain": tuple(_read_uncertain(document)),
+    }
 
 
 def texts_of(path: Path, scene: Any) -> dict[Path, str]:
@@ -383,32 +406,6 @@ def _load(path: Path) -> dict[str, Any]:
     except (ValueError, RecursionError) as problem:  # not TOML, or nested too deeply
         hint = 'a key or a section stands once, a value with a unit in quotes, "103 GPa"'
         raise SceneError("", None, f"is not TOML: {problem!s:.200}; {hint}", path) from None
-
-
-def _parts(document: Section, folder: Path) -> dict[str, Any]:
-    for key, value in document.items():
-        allowed = f"unknown key, allowed are the sections {', '.join(SECTIONS)}"
-        require(key in SECTIONS, key, value, allowed + did_you_mean(key, SECTIONS))
-        if key == "gauge":
-            allowed = "must be [[gauge]], with two brackets: there may be several"
-            is_list = isinstance(value, list) and all(isinstance(gauge, dict) for gauge in value)
-            require(is_list, key, value, allowed)
-            continue
-        require(isinstance(value, dict), key, value, f"must be a section, [{key}]")
-    require("chain" in document, "[chain]", None, "missing section")
-    if "shock" in document and "striker" in document:
-        allowed = "both sections are given, at most one is allowed"
-        raise SceneError("[shock] and [striker]", None, allowed)
-    parts: dict[str, Any] = {
-        "chain": read_chain(document["chain"], folder),
-        "shock": _shock(document, folder),
-    }
-    others = {name: kind for name, kind in OTHERS.items() if name in document}
-    parts |= {name: _section(name, document[name], kind) for name, kind in others.items()}
-    if "gauge" in document:
-        parts["gauges"] = tuple(_section("gauge", gauge, Gauge) for gauge in document["gauge"])
-    parts["uncertain"] = tuple(_read_uncertain(document))
-    return parts
 
 
 _PERCENT = re.compile(r"\s*([-+.\deE]+)\s*%\s*")

@@ -98,15 +98,14 @@ def _by_pint(key: str, value: object, number: float, given: str, unit: str, exam
         wanted = registry.Unit(unit or "dimensionless")
         return float(registry.Quantity(number, given).to(wanted).magnitude)
     except pint.DimensionalityError as problem:
-        wrong = f"has the wrong dimension ({problem.dim1 or given}), must be {example}"
-        alike = [name for name in _UNITS.get(unit, {}) if name.lower() == given.lower()]
-        raise SceneError(key, value, wrong + did_you_mean(given, alike)) from None
+        wrong = f"has the wrong dimension ({problem.dim1 or given})"
     except pint.UndefinedUnitError:
-        meant = did_you_mean(given, _UNITS.get(unit, {}))
-        raise SceneError(key, value, f"unknown unit {given!r}, must be {example}{meant}") from None
+        wrong = f"unknown unit {given!r}"
     except Exception:
         # Pint raises many kinds of error for text that is not a unit, tokenizer errors among them.
-        raise SceneError(key, value, f"cannot be understood, must be {example}") from None
+        wrong = "cannot be understood"
+    meant = did_you_mean(given, _UNITS.get(unit, {}))
+    raise SceneError(key, value, f"{wrong}, must be {example}{meant}")
 
 
 @functools.cache
@@ -118,36 +117,19 @@ def _registry() -> pint.UnitRegistry[float]:
 
 @dataclass(frozen=True)
 class Key:
-    """A key of a section.
+    """A key of a section."""
 
-    Parameters
-    ----------
-    unit
-        The SI unit; "" for a pure number.
-    label
-        The label on an axis, without the unit; "" for what cannot vary.
-    above, least, below, most
-        Bounds of the range: excluded, included, excluded, included; None for no bound.
-    usual
-        The range without a remark on the unit; None for no remarks.
-    kind
-        Type of its values.
-    choices
-        All possible texts.
-    advice
-        The end of a refusal.
-    """
-
-    unit: str = ""
-    label: str = ""
+    unit: str = ""  # in SI; "" for a pure number
+    label: str = ""  # on an axis, without the unit; "" for what cannot vary
+    # Bounds of the range: excluded, included, excluded, included; None for no bound
     above: float | None = None
     least: float | None = None
     below: float | None = None
     most: float | None = None
-    usual: tuple[float, float] | None = None
+    usual: tuple[float, float] | None = None  # range without a remark on the unit
     kind: Literal["float", "int", "str", "bool"] = "float"
-    choices: tuple[str, ...] = ()
-    advice: str = ""
+    choices: tuple[str, ...] = ()  # all possible texts
+    advice: str = ""  # end of a refusal
 
     @property
     def bounds(self) -> dict[str, float]:
@@ -365,11 +347,9 @@ def _kind(annotation: Any) -> _Kind:  # noqa: PLR0911 - one for each kind of ann
     if annotation in (ArrayLike, FloatArray):
         return _Kind("an array of numbers", _to_array)
     if origin in (Union, UnionType):
-        kinds = [_kind(hint) for hint in inner if hint is not NoneType]
-        words, optional = _listed([kind.words for kind in kinds]), NoneType in inner
-        return _Kind(
-            words, lambda value: None if optional and value is None else _first(kinds, value)
-        )
+        kinds = [_kind(hint) for hint in inner]
+        words = _listed([kind.words for kind in kinds if kind.words != "None"])
+        return _Kind(words, lambda value: _first(kinds, value))
     if origin is Annotated:
         return _of_key(inner[1]) if isinstance(inner[1], Key) else _ANY_KIND
     if origin is Literal:
@@ -424,6 +404,7 @@ def _refuse() -> NoReturn:
 
 
 def _first(kinds: list[_Kind], value: Any) -> Any:
+    """Return the value as the first kind reads it that allows it."""
     for kind in kinds:
         with suppress(*_READING_ERRORS):
             return kind.read(value)

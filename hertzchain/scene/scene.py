@@ -122,13 +122,14 @@ def _refusals(scene: Any) -> Iterator[tuple[Any, str, object, str]]:  # noqa: PL
     allowed = f"must be at most {granules}, the granules of the chain"
     yield shock.granule > granules, "shock.granule", shock.granule, allowed
     fixed = np.broadcast_to(chain.fixed, granules)
-    held, velocity = np.append(fixed, "wall" in walls), np.broadcast_to(chain.velocity, granules)
-    for k in np.flatnonzero(fixed).tolist():
+    velocity = np.broadcast_to(chain.velocity, granules)
+    for k in [] if chain.fixed is False else np.flatnonzero(fixed).tolist():
+        is_before = fixed[k + 1] if k + 1 < granules else "wall" in walls
         is_pushed = k == shock.granule - 1 and not isinstance(shock, Moving)
         is_loaded = k == shock.loaded_granule and force > 0 and "near_wall" not in walls
         for applies, allowed in (
             (k == 0 and "near_wall" in walls, "is next to the near wall: free it"),
-            (held[k + 1], "is next to what does not move either: free one of them"),
+            (is_before, "is next to what does not move either: free one of them"),
             (velocity[k] != 0, "has a velocity at the start: leave out one of both"),
             (is_pushed, f"must not be fixed: the {shock.noun} moves it"),
             (is_loaded, "must not be fixed: the static load presses it"),

@@ -650,11 +650,9 @@ class Trapezoid(LabPulse):
         least = _SLACK * self.duration
         for name, slope in ("rise_time", self.rise_time), ("fall_time", self.fall_time):
             require(slope > least, name, slope, f"must be above {least:g} s, the rounding of times")
-        allowed = f"must be below duration = {self.duration:g} s"
-        require(self.rise_time < self.duration, "rise_time", self.rise_time, allowed)
-        allowed = f"must be at most duration - rise_time = {self.duration - self.rise_time:g} s"
         sloping = self.rise_time + self.fall_time
-        require(sloping <= self.duration * (1 + _SLACK), "fall_time", self.fall_time, allowed)
+        allowed = f"must be at most duration = {self.duration:g} s"
+        require(sloping <= self.duration * (1 + _SLACK), "rise_time + fall_time", sloping, allowed)
 
     def ramps(self) -> tuple[Ramp, ...]:
         """Return rise, constant force (unless it has no duration) and decay."""

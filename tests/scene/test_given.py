@@ -151,6 +151,32 @@ def test_a_free_striker_touches_a_chain_that_is_pressed_without_it(wall: hc.Wall
     assert granules.position[1:] - granules.position[1] == pytest.approx(others.position)
 
 
+@pytest.mark.parametrize(
+    ("wall", "modulus"),
+    [(hc.Wall("same"), 193e9 / 0.91), (hc.Wall("elastic", 70e9, 0.5), 70e9 / 0.75)],
+)
+def test_walls_and_loads_by_hand(wall: hc.Wall, modulus: float) -> None:
+    load, shock = hc.Precompression(3.0, 9.81), hc.Pulse("cosine", 1.0, 2.0, rise_time=1e-5)
+    rigid = hc.Wall("rigid")
+    scene = hc.Scene(hc.Chain(3, **STEEL), shock, wall=wall, near_wall=rigid, precompression=load)
+    granules, radius, plane = scene.granules, STEEL["radius"], 193e9 / 0.91
+    reduced = plane * modulus / (plane + modulus)
+    pair = 4 / 3 * plane / 2 * (radius / 2) ** 0.5
+    ends = [4 / 3 * each * radius**0.5 for each in (plane, reduced)]
+    expected = [ends[0], pair, pair, ends[1]]
+    assert granules.stiffness == pytest.approx(expected, rel=1e-14)  # a dozen roundings
+    weight = 9.81 * granules.mass[1]
+    assert granules.static_force == pytest.approx(3.0 + weight * np.arange(4), rel=1e-14)
+    assert granules.constant_force == pytest.approx([0.0, *[weight] * 3], rel=1e-14)
+
+
+def test_a_fixed_granule_takes_the_whole_load() -> None:
+    chain = hc.Chain(5, **STEEL, fixed=[False, False, True, False, False])
+    shock = hc.Pulse("cosine", 1.0, 2.0, rise_time=1e-5)
+    scene = hc.Scene(chain, shock, precompression=hc.Precompression(3.0))
+    assert scene.granules.static_force.tolist() == [3.0, 3.0, 0.0, 0.0]
+
+
 # Written and read
 
 

@@ -177,6 +177,7 @@ def test_unusual_values_of_every_part_are_remarked() -> None:
     [
         ("4.75 mm", "m", 4.75e-3),
         ("193 GPa", "Pa", 193e9),
+        ("1.23456789012345 mm", "m", 1.23456789012345e-3),
         ("193e9 N/m^2", "Pa", 193e9),
         ("7958 kg/m^3", "kg/m^3", 7958.0),
         ("7.958 g/cm**3", "kg/m^3", 7958.0),
@@ -225,7 +226,7 @@ NONSENSE = [
         *((value, "m", NUMBER) for value in NONSENSE),
         ("4.75 s", "m", "has the wrong dimension ([time]), must be a number [m] or a string such"),
         ("193 GN", "Pa", "[mass]"),
-        ("7958 kg/m^2", "kg/m^3", "[length] ** 2"),
+        ("7958 kg/m^2", "kg/m^3", "did you mean kg/m^3?"),
         ("0.3 m", "", "[length]"),
         ("1 radian", "m", "radian"),
         ("20 degC", "m", "[temperature]"),

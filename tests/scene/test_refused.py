@@ -110,6 +110,7 @@ pulse chain.segments=[{granules=60, gap=-1e-6}] => chain.gap of granule 1 = -1e-
 pulse chain.segments=[{granules=60, radius_ratio=1e300}] => chain.radius of granule 3 = inf: must be a finite number above 0
 pulse chain.segments=[{granules=60, cell=[{poisson_ratio=0.7}]}] => chain.poisson_ratio of granule 1 = 0.7
 pulse chain.granules=1000001; wall.kind="same" => chain.granules = 1000001: must be at most 1000000 in a scene with wall
+pulse shock.granule=3; precompression.force=3; chain.segments=[{granules=1, fixed=true},{granules=59}] => fixed granule 1: must not be fixed: the static load presses it
 pulse precompression={} => precompression.force and gravity: both are 0
 pulse precompression.gravity=9.81 => precompression.gravity = 9.81: needs a [wall]
 pulse precompression.force=20; chain.gap=1e-6 => chain.gap: must be 0 with [precompression]
@@ -135,9 +136,8 @@ pulse chain.segments=[{granules=60, mass=4e-3}] => chain.segments.1.mass = 0.004
 measured chain.segments=[{granules=60, young_modulus=1e9}] => is allowed only with chain.young_modulus
 measured chain.segments=[{granules=60, length=1e-2}] => is allowed only with chain.length
 measured -chain.radius => chain.radius: missing
-trapezoid shock.rise_time=3 => shock.rise_time = 3: must be below duration = 3 s
 trapezoid shock.fall_time=1e-20 => shock.fall_time = 1e-20: must be above 3e-12 s, the rounding of times
-trapezoid shock.fall_time=2.5 => shock.fall_time = 2.5: must be at most duration - rise_time = 2 s
+trapezoid shock.fall_time=2.5 => shock.rise_time + fall_time = 3.5: must be at most duration = 3 s
 file chain.granules=3 => chain.granules = 3: must be 2, the rows of chain.file
 file chain.radius=1e-3 => chain.radius = 0.001: not allowed with file, allowed are file, granules
 file chain.file="no.csv" => must be a CSV file

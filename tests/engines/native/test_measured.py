@@ -115,7 +115,6 @@ REFUSED: dict[str, Any] = {
     "no measured stiffness tells": lambda: hc.Scene(
         replace(CYLINDERS, yield_strength=1e9), PULSES[0]
     ),
-    "at most duration - rise_time": lambda: hc.Trapezoid(1.0, 1e-4, 6e-5, 5e-5),
 }
 
 
@@ -123,13 +122,3 @@ REFUSED: dict[str, Any] = {
 def test_a_refusal_says_what_is_allowed(sentence: str) -> None:
     with pytest.raises(SceneError, match=sentence):
         REFUSED[sentence]()
-
-
-def test_a_momentum_ratio_of_a_half_sine_is_refused(tmp_path: Path) -> None:
-    path = tmp_path / "own.toml"
-    hc.Scene(hc.Chain(12, **STEEL), PULSES[0]).to_toml(path)
-    path.write_text(path.read_text() + "momentum_ratio = 1.0\n")
-    with pytest.raises(
-        SceneError, match=r"shock.momentum_ratio = 1.0: unknown key, allowed are peak_force"
-    ):
-        hc.Scene.from_toml(path)
