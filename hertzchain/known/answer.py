@@ -20,9 +20,7 @@ from hertzchain.engines.external.engine import ProgramEngine
 from hertzchain.engines.external.terms import wall_position
 from hertzchain.engines.lammps.deck import chain, leg_commands, refuse_pair_style, start
 from hertzchain.engines.lammps.dialect import NO_STEP, oldest
-from hertzchain.engines.native.backend import Native
-from hertzchain.engines.native.damped_verlet import samples_of, simulate_damped_verlet
-from hertzchain.engines.native.duration import with_end
+from hertzchain.engines.native.backend import Native, by_velocity_verlet, with_end
 from hertzchain.engines.native.plan import METHODS
 from hertzchain.engines.native.simulation import simulate
 from hertzchain.engines.registry import ENGINES
@@ -451,7 +449,7 @@ def _tried_step(scene: Scene, rtol: float) -> float:
     # Trials never find a longer step, and may take hours themselves.
     _refuse_many(scene.end_time / longest, "a dt, or for a shorter end_time")
     if scene.contact is None:
-        return step_for(peaks_at, pilot, rtol, SAFETIES["second order"])
+        return step_for(peaks_at, pilot, rtol, SAFETIES["smooth"])
     # Errors go as dt: the difference is the error of the shorter step. The deck's tolerance is
     # measured later.
     difference = largest_difference(peaks_at(pilot), peaks_at(pilot / 2))
@@ -544,6 +542,8 @@ def looks_at_damped(scene: Scene, legs: Sequence[Leg], every: int, apart: int) -
     Samples are ``every`` times ``apart`` steps apart. The first row has samples from the start of
     the run on, the next row samples that begin ``every`` steps later, and so on.
     """
+    from hertzchain.engines.native.verlet import samples_of
+
     largest: FloatArray = np.zeros((apart, scene.granules.stiffness.size))
     done = 0
     for _, samples in samples_of(scene, legs, every=every):
@@ -580,11 +580,7 @@ def _made_of_rounding(scene: Scene, step: float) -> FloatArray:
 
 def _verlet_peaks(scene: Scene, legs: Sequence[Leg], start: FloatArray | None = None) -> FloatArray:
     """Return peaks of velocity Verlet over F0 with shifts added at the start, shape (contacts,)."""
-    if scene.contact is not None:
-        run = simulate_damped_verlet(scene, legs, start=start)
-    else:
-        run = simulate(scene, legs, METHODS["velocity-verlet"].walker, start=start)
-    return np.asarray(run.peaks.force)
+    return np.asarray(by_velocity_verlet(scene, legs, start=start).peaks.force)
 
 
 def lammps_deck(scene: Scene, dt: float | None, rtol: float | None, title: str, **how: Any) -> str:

@@ -20,7 +20,6 @@ from hertzchain.engines.external.observation import Observation
 from hertzchain.engines.lammps.backend import Binary, Lammps
 from hertzchain.engines.lammps.engine import Program
 from hertzchain.engines.native.backend import Native
-from hertzchain.engines.native.damped_verlet import stride_of
 from hertzchain.errors import (
     BackendMissing,
     HertzchainError,
@@ -406,6 +405,8 @@ def _graded(
     time_limit: float,
 ) -> Row:
     """Run the deck of a case once, and compare its final state and peaks with those of native."""
+    from hertzchain.engines.native.verlet import stride_of
+
     ranks, untested = program.ranks if isinstance(program, Program) else 1, ""
     if isinstance(program, ProgramEngine) and case.of_lammps:
         untested = "a row for LAMMPS"

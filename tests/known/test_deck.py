@@ -16,7 +16,7 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.native.damped_verlet import simulate_damped_verlet
+from hertzchain.engines.native.verlet import simulate_damped_verlet
 from hertzchain.errors import TooExpensive, Unpredictable
 from hertzchain.known import answer
 from hertzchain.known.answer import KnownAnswer, deck, deck_step, known_answer, lay_out, looked_at

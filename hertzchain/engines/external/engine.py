@@ -33,7 +33,6 @@ from hertzchain.scene.scene import (
     SceneLike,
     largest_overlap_ratio,
     refuse_deep_overlap,
-    refuse_hopeless_overlap,
     refuse_terms,
     to_scene,
 )
@@ -107,13 +106,12 @@ class ExternalEngine(ABC):
         RunFailed
             If the code stops with an error or crashes, or cannot simulate this scene.
         """
-        from hertzchain.engines.native.duration import with_end
+        from hertzchain.engines.native.backend import with_end
 
         begin = time.perf_counter()
         scene = with_end(to_scene(scene), record, self.time_limit)
         times = None if record is None else wanted_times(record, scene.end_time)
         runner = self.runner(scene, Deadline(self.time_limit))
-        refuse_hopeless_overlap(scene)
         error_bound.refuse_strong_dampers(scene)
         answer = runner.answer()
         simulation, peaks, errors = answer.run, answer.peaks, answer.errors

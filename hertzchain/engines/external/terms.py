@@ -10,7 +10,7 @@ import numpy as np
 
 from hertzchain.arrays import FloatArray
 from hertzchain.errors import RunFailed
-from hertzchain.scene.granules import Granules
+from hertzchain.scene.chain import Granules
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.shocks import SHAPES, Ramp, Stroke
 from hertzchain.scene.terms import ALL_TERMS

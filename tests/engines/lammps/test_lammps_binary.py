@@ -25,7 +25,7 @@ from hertzchain.cli.doctor import diagnose
 from hertzchain.engines.lammps.engine import binary_build, find_mpiexec, module_build
 from hertzchain.errors import BackendMissing, HertzchainError, RunFailed, StepUnstable, TooExpensive
 from hertzchain.limits import Deadline
-from hertzchain.verdict.generated_deck import number_checks
+from hertzchain.verdict.comparison import number_checks
 from tests.command_line import Command, is_refused, python
 from tests.conftest import STEEL, paper_scene
 from tests.engines.lammps.reading.chains import BESIDE_PYTHON, OTHERS
