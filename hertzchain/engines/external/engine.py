@@ -28,7 +28,6 @@ from hertzchain.observables.first_pulse import check_wanted, usually_wanted
 from hertzchain.observables.gauges import readings
 from hertzchain.observables.result import LostDigits, Result
 from hertzchain.observables.samples import History, wanted_times
-from hertzchain.observables.watch import PeakWatch
 from hertzchain.scene.scene import (
     Scene,
     SceneLike,
@@ -241,11 +240,7 @@ class _Runner:
 
     def _plain(self) -> _Answer:
         """Run with the given step, or with one whose error is as small as wanted."""
-
-        def peaks_at(dt: float) -> FloatArray:
-            return self._rough(self.scene.schedule(dt)).seen.wanted
-
-        dt = self.engine.dt or self._step_for(peaks_at)
+        dt = self.engine.dt or self._tried_step()
         # Most runs to get below the wanted error: the first step may be a little too long
         for _ in range(3):
             legs = self.scene.schedule(dt)
@@ -274,8 +269,8 @@ class _Runner:
 
         Damped contacts need a fourth run: two extrapolations can agree by chance.
         """
-        needed = self._halvings + 1
-        legs = self.scene.schedule(
+        scene, unit, needed = self.scene, self.scene.contact_time, self._halvings + 1
+        legs = scene.schedule(
             self._coarsest_step() if self.engine.dt is None else 2**self._halvings * self.engine.dt
         )
         strides = self.strides(legs)
@@ -287,36 +282,35 @@ class _Runner:
             runs = [*runs[1 - needed :], self.simulate(finer, apart)]
             if len(runs) < needed:
                 continue
+            *_, before, last = runs
             limits = [self.extrapolated_from(*pair) for pair in itertools.pairwise(runs)]
-            after, last = limits[-1], runs[-1]
-            grows, lost = 2**self.order, runs[-2].round_off(self.scene)
-            lost = (grows * last.round_off(self.scene) + lost) / (grows - 1)
-            rest = lost + accuracy.interpolation_error(self.scene, finer, apart)
-            rest += (grows * last.peaks.reading_error + runs[-2].peaks.reading_error) / (grows - 1)
-            errors = self._errors_of_extrapolated(limits, runs[-2].peaks, finer, last.peaks, rest)
+            peaks, grows = limits[-1], 2**self.order
+            lost = grows * last.round_off(scene) + before.round_off(scene)
+            lost /= grows - 1
+            rest = lost + accuracy.interpolation_error(scene, finer, apart)
+            rest += (grows * last.peaks.reading_error + before.peaks.reading_error) / (grows - 1)
+            pairs = itertools.pairwise(reversed(limits))
+            differences = [limit.differences(other).in_units(1 / unit) for limit, other in pairs]
+            weights = [accuracy.least_gain(scene) ** -later for later in range(len(differences))]
+            safety, by_chance = accuracy.extrapolation_safety(
+                scene, finer, last.peaks, peaks.any_rising
+            )
+            errors = safety.bounds(differences, weights, rest + by_chance)
+            rivals = accuracy.rival_errors(
+                last.peaks, peaks.force, before.peaks if self._has_rivals else None, 3 / (grows - 1)
+            )
+            errors = accuracy.with_rivals(errors, rivals, peaks, np.add)
             if self._is_enough(errors, rest + lost):
                 break
-        return _Answer(last, after, runs[-2].steps + last.steps, errors, lost)
+        return _Answer(last, peaks, before.steps + last.steps, errors, lost)
 
-    def _errors_of_extrapolated(
-        self, extrapolated: Sequence[Peaks], before: PeakWatch, legs: Sequence[Leg],
-        peaks: PeakWatch, rest: float,
-    ) -> ContactErrors:  # fmt: skip
-        """Return bounds of the errors of the last extrapolation; ``before`` has twice the step."""
-        scene, last = self.scene, extrapolated[-1]
-        gain, per_unit = accuracy.least_gain(scene), 1 / scene.contact_time
-        pairs = itertools.pairwise(reversed(extrapolated))
-        differences = [finer.differences(other).in_units(per_unit) for finer, other in pairs]
-        weights = [gain**-later for later in range(len(differences))]
-        safety, by_chance = accuracy.extrapolation_safety(scene, legs, peaks, last.any_rising)
-        errors = safety.bounds(differences, weights, rest + by_chance)
-        other, weight = before if self._has_rivals else None, 3 / (2**self.order - 1)
-        rivals = accuracy.rival_errors(peaks, last.force, other, weight)
-        return accuracy.with_rivals(errors, rivals, last, np.add)
-
-    def _step_for(self, peaks_at: Callable[[float], FloatArray]) -> float:
+    def _tried_step(self) -> float:
         """Return the step [s] for the wanted error, by trials."""
         scene, wanted = self.scene, self.engine.rtol
+
+        def peaks_at(dt: float) -> FloatArray:
+            return self._rough(scene.schedule(dt)).seen.wanted
+
         # Step of the first run in the search for a wanted error [natural time units]
         pilot = 0.04 * scene.contact_time
         if scene.contact is None:

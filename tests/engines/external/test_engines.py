@@ -6,6 +6,7 @@ import os
 import re
 import subprocess
 import sys
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -15,11 +16,15 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
+from hertzchain.engines import liggghts, yade
+from hertzchain.engines.external.accuracy import NONE
+from hertzchain.engines.external.observation import Granules, Observation
 from hertzchain.errors import BackendMissing, RunFailed, Unpredictable
 from hertzchain.known import answer
+from hertzchain.limits import Deadline
 from hertzchain.observables.peaks import largest_difference
 from tests.conftest import STEEL, paper_scene
-from tests.scenes import PLAIN
+from tests.scenes import PLAIN, TERMS
 
 Engine = type[hc.Liggghts] | type[hc.Yade]
 PULSE = PLAIN["pulse"]
@@ -39,6 +44,61 @@ def test_a_program_that_leaves_nothing(engine: Engine, tmp_path: Path) -> None:
     program.chmod(0o755)
     with pytest.raises(RunFailed, match="left no"):
         engine(program=str(program), dt=1e-6).run(PULSE)
+
+
+class Kept(Observation):
+    """Keeps readings, too."""
+
+    def begin(self, at_rest: Granules) -> None:
+        """Keep the granules at rest."""
+        self.rest, self.readings = at_rest, list[tuple[FloatArray, FloatArray]]()
+        super().begin(at_rest)
+
+    def update(self, number: int, time: FloatArray, arrays: FloatArray, *wall: Any) -> None:
+        """Keep the readings."""
+        self.readings.append((arrays.copy(), wall[0]))
+        super().update(number, time, arrays, *wall)
+
+
+def dump(path: Path, columns: Sequence[str], frames: FloatArray) -> None:
+    """Write frames of shape (frames, columns, granules) as LIGGGHTS does."""
+    head = "ITEM: TIMESTEP\n{}\nITEM: NUMBER OF ATOMS\n{}\nITEM: BOX\n" + 3 * "0 1\n"
+    with path.open("w") as file:
+        for k, frame in enumerate(frames):
+            names = f"ITEM: ATOMS id {' '.join(columns)}\n"
+            file.write(head.format(k, frame.shape[1]) + names)
+            np.savetxt(file, np.column_stack([np.arange(frame.shape[1]) + 1, *frame]), "%.17g")
+
+
+@pytest.mark.lammps
+@pytest.mark.parametrize("engine", [hc.Liggghts(), hc.Yade()], ids=lambda engine: engine.name)
+def test_readings_that_a_program_has_left(engine: hc.Liggghts | hc.Yade, tmp_path: Path) -> None:
+    """Files with the readings of LAMMPS give the peaks of LAMMPS."""
+    scene = TERMS["striker, rigid wall"]
+    legs = scene.schedule(0.05 * scene.contact_time)
+    strides = [max(1, leg.steps // 200) for leg in legs]
+    seen = Kept(scene, NONE, legs, None, "LAMMPS")
+    run = seen.simulation(hc.Lammps().code_of(scene, Deadline(60.0))(scene, legs, strides, seen))
+    rest = np.array([seen.rest.position, seen.rest.mass, seen.rest.diameter])
+    readings, wall = (np.concatenate(each) for each in zip(*seen.readings, strict=True))
+    if engine.name == "yade":
+        np.save(tmp_path / yade.AT_REST, rest)
+        np.save(tmp_path / yade.READINGS, readings)
+        np.save(tmp_path / yade.WALL_FORCE, wall)
+        (tmp_path / yade.VERSION).write_text("1.0")
+    else:
+        dump(tmp_path / liggghts.AT_REST, liggghts.GRANULES, rest[np.newaxis])
+        on_last = np.zeros((len(wall), 1, scene.bodies))
+        on_last[:, 0, -1] = -wall
+        frames = np.concatenate([readings, on_last], axis=1)
+        dump(tmp_path / liggghts.READINGS, liggghts.columns_of(scene), frames)
+        (tmp_path / "log.liggghts").write_text("LIGGGHTS (Version LIGGGHTS-PUBLIC 1.0)\nmore")
+    other = Observation(scene, NONE, legs, None, engine.LABEL)
+    version = engine.replay(tmp_path, scene, strides, other)
+    assert version.endswith("1.0")
+    replayed = other.simulation(version)
+    assert replayed.peaks.force.tolist() == run.peaks.force.tolist()
+    assert replayed.balance == run.balance
 
 
 # Decks
