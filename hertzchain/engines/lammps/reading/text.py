@@ -205,16 +205,13 @@ CONTROL = ("include", "jump", "label", "next", "if", "quit", "run")
 """Commands that the interpreter carries out itself."""
 
 _CARRIED_OUT = frozenset(
-    ("angle_coeff", "angle_style", "atom_modify", "atom_style", "bond_coeff",
-     "bond_style", "boundary", "box", "change_box", "clear", "comm_modify", "comm_style", "compute",
-     "compute_modify", "create_atoms", "create_bonds", "create_box", "delete_atoms",
-     "delete_bonds", "dielectric", "dimension", "displace_atoms", "echo", "fix", "fix_modify",
-     "group", "lattice", "mass", "min_modify", "min_style",
-     "minimize", "molecule", "neigh_modify", "neighbor", "newton", "pair_coeff", "pair_modify",
-     "pair_style", "print", "read_data", "region", "replicate", "reset_atom_ids",
-     "reset_atoms", "reset_ids", "reset_timestep", "set", "special_bonds", "thermo",
-     "thermo_modify", "thermo_style", "timer", "timestep", "uncompute", "unfix", "units",
-     "variable", "velocity")
+    ("atom_modify", "atom_style", "boundary", "box", "change_box", "clear", "comm_modify",
+     "comm_style", "compute", "compute_modify", "create_atoms", "create_box", "delete_atoms",
+     "dimension", "displace_atoms", "echo", "fix", "fix_modify", "group", "lattice", "mass",
+     "min_modify", "min_style", "minimize", "neigh_modify", "neighbor", "newton", "pair_coeff",
+     "pair_modify", "pair_style", "print", "read_data", "region", "replicate", "reset_atom_ids",
+     "reset_atoms", "reset_ids", "reset_timestep", "set", "thermo", "thermo_modify",
+     "thermo_style", "timer", "timestep", "uncompute", "unfix", "units", "variable", "velocity")
 )  # fmt: skip
 
 _WRITES, _OUTSIDE = "it would write files", "it would run other programs"
@@ -292,9 +289,6 @@ _VARIABLES = frozenset(
 _FILE_KEYWORDS = ("file", "append")
 """Keywords before the name of a file, of ``print`` and of fixes that only record."""
 
-_OF_MOLECULES = frozenset(("offset", "toff", "boff", "aoff", "doff", "ioff", "scale"))
-"""Keywords of ``molecule`` after the names of its files."""
-
 _COMPRESSED = (".gz", ".bz2", ".zst", ".xz", ".lzma", ".lz4", ".Z")
 """Ends of names of files that LAMMPS reads through a shell."""
 
@@ -334,7 +328,7 @@ class Rules:
         changes = {
             "fix": self._fix, "unfix": self._fix_again, "fix_modify": self._fix_again,
             "variable": self._variable, "print": _without_files, "timer": _timer,
-            "read_data": self._reads, "molecule": self._reads,
+            "read_data": self._reads,
         }  # fmt: skip
         return changes[name](words) if name in changes else (words, None)
 
@@ -369,11 +363,7 @@ class Rules:
         return str(path)
 
     def _reads(self, words: list[str]) -> Given:
-        first, end = 1, 2
-        if words[0] == "molecule":
-            ends = (k for k, word in enumerate(words) if word in _OF_MOLECULES)
-            first, end = 2, next(ends, len(words))
-        return [*words[:first], *map(self._file, words[first:end]), *words[end:]], None
+        return [*words[:1], *map(self._file, words[1:2]), *words[2:]], None
 
     def _fix(self, words: list[str]) -> Given:
         if len(words) < 4:  # id, group or style is missing: LAMMPS says so
