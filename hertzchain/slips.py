@@ -380,7 +380,7 @@ def _force(case: Case) -> Iterator[Mistake]:
     scene = with_rise_time(case.scene)
     yield Mistake(
         lambda x: in_words(scene, "force", math.exp(x)),
-        lambda x: case.of(replace(scene, shock=scene.shock.stronger(math.exp(x)))),
+        lambda x: case.of(replace(scene, shock=scene.shock.stretched(force=math.exp(x)))),
         np.linspace(-5.0, 5.0, 41).tolist(),
     )
 

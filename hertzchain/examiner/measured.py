@@ -14,9 +14,8 @@ from hertzchain import theory
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps.reading.deck import UNITS, FoundDeck, FoundWall, Units, scaled
 from hertzchain.engines.lammps.reading.probing import AT_REST, QUIET
-from hertzchain.engines.native.damped_verlet import states_of
-from hertzchain.engines.native.damped_verlet_kernel import Walk
 from hertzchain.engines.native.equations import Chain
+from hertzchain.engines.native.verlet import Walk, states_of
 from hertzchain.errors import RunFailed
 from hertzchain.limits import Deadline
 from hertzchain.observables.samples import DampedLaw
@@ -186,9 +185,9 @@ def constant_force(scene: Scene) -> FloatArray:
 
 
 def applied_force(scene: Scene, time: FloatArray) -> FloatArray:
-    """F(t) [N] by Table 1 or the pulse table, not by the schedule's ramps; of the shape of time."""
+    """F(t) [N] of the shape of time; a pulse by Table 1, not by the schedule's ramps."""
     if scene.pulse is None:
-        return scene.shock.by_formula(time)
+        return scene.applied_force(time)
     assert scene.rise_time is not None
     return theory.applied_force(time, scene.pulse, scene.rise_time)
 

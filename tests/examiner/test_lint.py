@@ -599,19 +599,15 @@ def test_nothing_else_is_said_of_shipped_decks(path: Path) -> None:
     assert [finding.rule for finding in lint_file(path)] == MEANT.get(path.name, [])
 
 
-def generated(scene: hc.Scene, watch_every: int, pair_style: str = "granular") -> str:
+def generated(scene: hc.Scene, pair_style: str = "granular") -> str:
     """Return a deck of a scene; its expected peaks do not matter here."""
-    layout = Layout(0.05, watch_every, pair_style)
     ones = np.ones(scene.chain.granules - 1)
-    answer = KnownAnswer(ones, 1e-3 * ones) if watch_every else None
-    return deck(scene, layout, answer)
+    return deck(scene, Layout(0.05, 2, pair_style), KnownAnswer(ones, 1e-3 * ones))
 
 
-@pytest.mark.lammps
-@pytest.mark.parametrize("watch_every", [0, 2])
 @pytest.mark.parametrize("pair_style", PAIR_STYLES)
 @pytest.mark.parametrize(
     "name", ["demo", *(pytest.param(k, marks=pytest.mark.slow) for k in scenes.NAMES[::4])]
 )
-def test_nothing_is_said_of_generated_decks(name: str, pair_style: str, watch_every: int) -> None:
-    assert lint(generated(scenes.load(name), watch_every, pair_style)) == []
+def test_nothing_is_said_of_generated_decks(name: str, pair_style: str) -> None:
+    assert lint(generated(scenes.load(name), pair_style)) == []
