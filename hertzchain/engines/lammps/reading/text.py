@@ -96,38 +96,25 @@ def _plain(character: str) -> str:
     return " " if is_blank else "?"
 
 
+QUOTED = r'"""[\s\S]*?(?:"""|\Z)|"[^"]*(?:"|\Z)|\'[^\']*(?:\'|\Z)'
+"""Pattern of a text in quotes; one that is not closed goes to the end."""
+
+_COMMENT = re.compile(f"{QUOTED}|(?P<begin>#)")
+_WORD = re.compile(rf"{QUOTED}|\S+")
+
+
 def without_comment(text: str) -> str:
     """Return a command without the text from the first ``#`` outside quotes on."""
-    if "#" not in text:
-        return text.strip()
-    k = 0
-    while k < len(text):
-        if text[k] == "#":
-            return text[:k].strip()
-        k = after_quotes(text, k) if text[k] in "\"'" else k + 1
-    return text.strip()
+    begins = (match.start() for match in _COMMENT.finditer(text) if match["begin"])
+    return text[: next(begins, None)].strip()
 
 
 def words_of(text: str) -> list[Word]:
     """The words of a command without comment; a quoted text is one word."""
-    if '"' not in text and "'" not in text:
-        return [Word(word, word) for word in text.split()]
-    words: list[Word] = []
-    k = 0
-    while k < len(text):
-        if text[k].isspace():
-            k += 1
-            continue
-        end = k
-        if text[k] in "\"'":
-            end = after_quotes(text, k)
-            width = 3 if text.startswith(_TRIPLE, k) else 1
-            words.append(Word(text[k + width : end - width], text[k:end]))
-        else:
-            while end < len(text) and not text[end].isspace():
-                end += 1
-            words.append(Word(text[k:end], text[k:end]))
-        k = end
+    words = []
+    for raw in _WORD.findall(text):
+        width = 0 if raw[0] not in "\"'" else 3 if raw.startswith(_TRIPLE) else 1
+        words.append(Word(raw[width : len(raw) - width], raw))
     return words
 
 
@@ -171,13 +158,6 @@ def check_format(text: str) -> None:
     """Raise RunFailed for a format of C that LAMMPS prints anything but a number with."""
     if re.search(f"%(?!{_NUMBER_FORMAT})", text):
         raise RunFailed(f"{text} is not a format of a number, as %g or %20.15g is")
-
-
-def after_quotes(text: str, k: int) -> int:
-    """Return the place after a quoted text that starts at k; the end if it is not closed."""
-    mark = _TRIPLE if text.startswith(_TRIPLE, k) else text[k]
-    end = text.find(mark, k + len(mark))
-    return len(text) if end < 0 else end + len(mark)
 
 
 def closed(text: str, k: int) -> int | None:
