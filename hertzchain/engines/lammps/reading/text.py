@@ -11,15 +11,16 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from hertzchain.errors import RunFailed
+from hertzchain.files import read_bytes
 
 _TRIPLE = '"""'
 
-_ALIKE = {
+_ALIKE = str.maketrans({
     **dict.fromkeys("\u2018\u2019\u201b\u2032", "'"),
     **dict.fromkeys("\u201c\u201d\u201f\u2033", '"'),
     **dict.fromkeys("\u02d7\u2010\u2011\u2012\u2013\u2014\u2212", "-"),
     "\u02d6": "+", "\u2044": "/", "\u2215": "/", "\u2217": "*",
-}  # fmt: skip
+})  # fmt: skip
 """Characters that LAMMPS reads as an ASCII character."""
 
 
@@ -78,18 +79,28 @@ def edited(text: str, name: str, edits: Edits) -> list[Line]:
     return lines
 
 
+def read_text(path: Path, name: str) -> str:
+    """Return the text of a file of a deck without a byte-order mark; RunFailed if that fails."""
+    try:
+        # Most bytes of a file: more are not written by hand (chosen)
+        content = read_bytes(path, 5_000_000)
+    except (OSError, ValueError) as problem:
+        reason = getattr(problem, "strerror", None) or problem
+        raise RunFailed(f"{name}: cannot be read ({reason})") from None
+    # A comment may be in another encoding; no command has such letters.
+    return content.decode("utf-8-sig", errors="replace").replace("\r\n", "\n")
+
+
 def in_ascii(text: str) -> str:
     """The text in ASCII: quotes, dashes and blanks as LAMMPS takes them, ``?`` for all others.
 
     LAMMPS changes or drops other characters before it splits words: the text that it is given must
     have the same words as here.
     """
-    return "".join(_plain(character) for character in text)
+    return "".join(map(_plain, text.translate(_ALIKE)))
 
 
 def _plain(character: str) -> str:
-    if character in _ALIKE:
-        return _ALIKE[character]
     if character == "\n" or " " <= character <= "~":
         return character
     is_blank = character.isspace() or unicodedata.category(character) == "Cf"
