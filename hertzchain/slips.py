@@ -75,31 +75,28 @@ _UNITS = {
 }  # fmt: skip
 """Units in which forces are written [N]."""
 
+_OF_CHAIN = {
+    "effective modulus E/(1 - nu^2) in place of half of it": (2.0, 1.0),
+    "effective modulus halved twice": (0.5, 1.0),
+    "the factor 2/3 is missing": (1.5, 1.0),
+    "the factor 4/3 is missing": (0.75, 1.0),
+    "R in place of the effective radius R/2": (2**0.5, 1.0),
+    "E in dyn/cm^2 taken for Pa": (10.0, 1.0),
+    "E in GPa taken for Pa": (1e-9, 1.0),
+    "E in MPa taken for Pa": (1e-6, 1.0),
+    "diameter taken for radius": (2**0.5, 8.0),
+    "radius taken for diameter": (0.5**0.5, 1 / 8),
+    "radius in cm taken for m": (10.0, 1e6),
+    "radius in mm taken for m": (1e3**0.5, 1e9),
+    "diameter taken for radius in the mass": (1.0, 8.0),
+    "radius taken for diameter in the mass": (1.0, 1 / 8),
+    "half the mass": (1.0, 0.5),
+    "twice the mass": (1.0, 2.0),
+    "density in g/cm^3 taken for kg/m^3": (1.0, 1e-3),
+}
+"""The factors by which a slip multiplies stiffness, which goes as E R^(1/2), and mass, as R^3."""
+
 _FACTORS = {
-    "stiffness": {
-        "effective modulus E/(1 - nu^2) in place of half of it": 2.0,
-        "effective modulus halved twice": 0.5,
-        "the factor 2/3 is missing": 1.5,
-        "the factor 4/3 is missing": 0.75,
-        "R in place of the effective radius R/2": 2**0.5,
-        "E in dyn/cm^2 taken for Pa": 10.0,
-        "E in GPa taken for Pa": 1e-9,
-        "E in MPa taken for Pa": 1e-6,
-    },
-    # A wrong radius also changes the mass: these are factors of the length of the pulse.
-    "pulse": {
-        "diameter taken for radius": 2 ** (-4 / 3),
-        "radius taken for diameter": 2 ** (4 / 3),
-        "radius in cm taken for m": 100 ** (-4 / 3),
-        "radius in mm taken for m": 1000 ** (-4 / 3),
-    },
-    "mass": {
-        "diameter taken for radius in the mass": 8.0,
-        "radius taken for diameter in the mass": 1 / 8,
-        "half the mass": 0.5,
-        "twice the mass": 2.0,
-        "density in g/cm^3 taken for kg/m^3": 1e-3,
-    },
     "viscoelastic": {"the factor 3/2 is missing": 2 / 3, "the factor 3/2 is applied twice": 3 / 2},
     "dashpot": {"half of the coefficient": 0.5, "twice the coefficient": 2.0},
     "force": {
@@ -112,40 +109,32 @@ _FACTORS = {
 }
 """The factor by which a slip multiplies a number, by the number and the words for the slip."""
 
-_STRETCH = {"stiffness": 1 / 3, "mass": -1 / 2, "pulse": 1.0}
-"""Powers of the factors in the length of the pulse in natural units."""
-
 
 def slips_of(scene: Scene, number: str) -> dict[str, float]:
     """Return the factors of slips in one number that can be made in a scene, by their words.
 
-    It is the stiffness, mass, force, peaks, a law of damping, or the stretch: the length of the
-    pulse in natural units, by stiffness, mass and pulse.
+    It is the stiffness, the force, the peaks, a law of damping, or the stretch: the length of the
+    pulse in natural units, which go as stiffness^(-1/3) mass^(1/2).
     """
-    if number == "stretch":
-        return {
-            words: factor**power
-            for part, power in _STRETCH.items()
-            for words, factor in slips_of(scene, part).items()
-        }
-    nu, radius = (float(x[0]) for x in (scene.granules.poisson_ratio, scene.granules.radius))
     more: dict[str, float] = {}
-    if number == "stiffness":
-        more = {
-            "effective modulus E in place of E/(2 (1 - nu^2))": 2 * (1 - nu**2),
-            "E in place of E/(1 - nu^2)": 1 - nu**2,
-            "1 - nu in place of 1 - nu^2": 1 + nu,
-            "shear modulus in place of E": 0.5 / (1 + nu),
+    if number in ("stiffness", "stretch"):
+        nu, radius = (float(x[0]) for x in (scene.granules.poisson_ratio, scene.granules.radius))
+        slips = _OF_CHAIN | {
+            "effective modulus E in place of E/(2 (1 - nu^2))": (2 * (1 - nu**2), 1.0),
+            "E in place of E/(1 - nu^2)": (1 - nu**2, 1.0),
+            "1 - nu in place of 1 - nu^2": (1 + nu, 1.0),
+            "shear modulus in place of E": (0.5 / (1 + nu), 1.0),
+            # Spheres have the diameter 1 of LAMMPS when they get their mass.
+            "density set before the diameter": (1.0, (2 * radius) ** -3.0),
         }
-    elif number == "mass":  # spheres have the diameter 1 of LAMMPS when they get their mass
-        more = {"density set before the diameter": (2 * radius) ** -3.0}
+        if number == "stiffness":
+            return {words: factor for words, (factor, mass) in slips.items() if mass == 1}
+        more = {words: factor ** (1 / 3) * mass**-0.5 for words, (factor, mass) in slips.items()}
+        if (pulse := scene.pulse) is not None:
+            more["duration taken for rise time"] = pulse.duration_ratio
+            more["rise time taken for duration"] = 1 / pulse.duration_ratio
     elif number == "peaks":
         more = {"in units of F0": 1 / scene.units.force}
-    elif number == "pulse" and (pulse := scene.pulse) is not None:
-        more = {
-            "duration taken for rise time": pulse.duration_ratio,
-            "rise time taken for duration": 1 / pulse.duration_ratio,
-        }
     elif number == "restitution" and scene.contact is not None and scene.contact.restitution:
         right = math.sqrt(5) * damping_ratio(e := scene.contact.restitution)
         more = {

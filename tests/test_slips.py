@@ -8,6 +8,7 @@ import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from io import StringIO
+from typing import Any
 
 import numpy as np
 import pint
@@ -224,38 +225,45 @@ def test_random_peaks_have_no_cause(
 # Factors
 
 SCENE, NU = paper_scene("cosine-triangular", 2.0, 2.0, 30), 0.3
-FACTORS = {
-    "effective modulus E/(1 - nu^2) in place of half of it": (2, 1),
-    "effective modulus E in place of E/(2 (1 - nu^2))": (2 * (1 - NU**2), 1),
-    "effective modulus halved twice": (0.5, 1),
-    "E in place of E/(1 - nu^2)": (1 - NU**2, 1),
-    "1 - nu in place of 1 - nu^2": (1 + NU, 1),
-    "shear modulus in place of E": (1 / 2.6, 1),
-    "the factor 2/3 is missing": (3 / 2, 1),
-    "the factor 4/3 is missing": (3 / 4, 1),
-    "R in place of the effective radius R/2": (2**0.5, 1),
-    "diameter taken for radius": (2**0.5, 8),
-    "radius taken for diameter": (2**-0.5, 1 / 8),
-    "diameter taken for radius in the mass": (1, 8),
-    "radius taken for diameter in the mass": (1, 1 / 8),
-    "half the mass": (1, 0.5),
-    "twice the mass": (1, 2),
-    "density in g/cm^3 taken for kg/m^3": (1, 1e-3),
-    "E in dyn/cm^2 taken for Pa": (10, 1),
-    "radius in cm taken for m": (10, 1e6),
-    "radius in mm taken for m": (1000**0.5, 1e9),
-    "E in GPa taken for Pa": (1e-9, 1),
-    "E in MPa taken for Pa": (1e-6, 1),
-    "density set before the diameter": (1, 0.0095**-3),
+E_, R_, RHO_ = 193e9, 4.75e-3, 7958.0
+SLIPS: dict[str, dict[str, Any]] = {
+    "effective modulus E/(1 - nu^2) in place of half of it": {"young_modulus": 2 * E_},
+    "effective modulus E in place of E/(2 (1 - nu^2))": {"young_modulus": 2 * E_ * (1 - NU**2)},
+    "effective modulus halved twice": {"young_modulus": E_ / 2},
+    "E in place of E/(1 - nu^2)": {"poisson_ratio": 0.0},
+    "1 - nu in place of 1 - nu^2": {"young_modulus": E_ * (1 + NU)},
+    "shear modulus in place of E": {"young_modulus": E_ / 2.6},
+    "the factor 2/3 is missing": {"young_modulus": 1.5 * E_},
+    "the factor 4/3 is missing": {"young_modulus": 0.75 * E_},
+    "R in place of the effective radius R/2": {"young_modulus": 2**0.5 * E_},
+    "E in dyn/cm^2 taken for Pa": {"young_modulus": 10 * E_},
+    "E in GPa taken for Pa": {"young_modulus": 193.0},
+    "E in MPa taken for Pa": {"young_modulus": 193e3},
+    "diameter taken for radius": {"radius": 2 * R_},
+    "radius taken for diameter": {"radius": R_ / 2},
+    "radius in cm taken for m": {"radius": 0.475},
+    "radius in mm taken for m": {"radius": 4.75},
+    "diameter taken for radius in the mass": {"density": 8 * RHO_},
+    "radius taken for diameter in the mass": {"density": RHO_ / 8},
+    "half the mass": {"density": RHO_ / 2},
+    "twice the mass": {"density": 2 * RHO_},
+    "density in g/cm^3 taken for kg/m^3": {"density": 7.958},
+    "density set before the diameter": {"density": RHO_ * (2 * R_) ** -3},
 }
-"""Factors of stiffness and mass: the stiffness goes as E R^(1/2), the mass as R^3."""
+"""Slips of the chain, and the value that makes the same."""
 
 
-def test_slips_of_the_chain_follow_from_its_stiffness_and_mass() -> None:
-    # The natural time goes as m^(1/2) A^(-1/3) at the same force.
-    expected = {name: a ** (1 / 3) * m**-0.5 for name, (a, m) in FACTORS.items()}
+def test_slips_of_the_chain_are_those_of_wrong_values() -> None:
+    """The natural time goes as m^(1/2) A^(-1/3) at the same force."""
+    chain = SCENE.chain
+    wrong = {name: replace(chain, **value) for name, value in SLIPS.items()}
+    stiffness = {k: w.contact_stiffness / chain.contact_stiffness for k, w in wrong.items()}
+    mass = {k: w.granule_mass / chain.granule_mass for k, w in wrong.items()}
+    expected = {name: stiffness[name] ** (1 / 3) * mass[name] ** -0.5 for name in SLIPS}
     expected |= {"duration taken for rise time": 2.0, "rise time taken for duration": 0.5}
     assert slips_of(SCENE, "stretch") == pytest.approx(expected, rel=1e-12, abs=0)
+    alone = {name: stiffness[name] for name in SLIPS if mass[name] == 1}
+    assert slips_of(SCENE, "stiffness") == pytest.approx(alone, rel=1e-12, abs=0)
 
 
 @pytest.mark.parametrize(("scale", "word"), [(0.9, "modulus"), (1.1, "mass"), (1.2, "speed")])

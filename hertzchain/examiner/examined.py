@@ -522,9 +522,7 @@ class DeckExamination(ShownVerdict):
             "end_time_s": contents.end_time,
             "dt_s": max((run.dt for run in contents.runs), default=None),
             "peak_force_N": or_none(self.peak_force),
-            "peak_reading_error": (
-                contents.peak_reading_error if math.isfinite(contents.peak_reading_error) else None
-            ),
+            "peak_reading_error": _finite(contents.peak_reading_error),
             "judged": self.judged.tolist(),
             "reference": self.reference.numbers(),
             **context_of(self.scene),

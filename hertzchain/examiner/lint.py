@@ -24,11 +24,11 @@ from hertzchain.engines.lammps.reading.text import (
     in_ascii,
     lines_of,
     number,
+    read_text,
     without_comment,
     words_of,
 )
 from hertzchain.errors import HertzchainError, TooExpensive
-from hertzchain.files import read_bytes
 
 if TYPE_CHECKING:
     from hertzchain.arrays import FloatArray
@@ -827,7 +827,7 @@ def lint_file(
 
     ``variables`` are those of the command line, which take the place of the deck's own.
     """
-    text, given = read(path), variables or {}
+    text, given = read_text(path, repr(str(path))), variables or {}
     commands = script_of(path, text)
     deck = Deck(commands)
     if deck.is_of_liggghts or not (deck.unread or deck.pair_style):
@@ -843,15 +843,3 @@ def lint_file(
             said = f"not read to its end in {limit}"
         return [Finding(1, "text-alone", "note", said), *findings(commands)]
     return findings(script_of(path, text, seen.commands, not seen.is_whole), seen)
-
-
-def read(path: Path) -> str:
-    """The text of a deck; HertzchainError where it cannot be read."""
-    try:
-        # Most bytes of a deck: more are not written by hand
-        content = read_bytes(path, 5_000_000)
-    except (OSError, ValueError) as problem:
-        reason = getattr(problem, "strerror", None) or problem
-        raise HertzchainError(f"{str(path)!r}: cannot be read ({reason})") from None
-    # A comment may be in another encoding; no command has such letters.
-    return content.decode("utf-8-sig", errors="replace").replace("\r\n", "\n")

@@ -12,6 +12,7 @@ import pytest
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps.reading.deck import FoundDeck, FoundRun, FoundWall
+from hertzchain.engines.lammps.reading.probing import DEPTHS
 from hertzchain.engines.lammps.reading.text import Edits
 from hertzchain.errors import RunFailed, SceneError
 from hertzchain.examiner import measured, probes
@@ -287,6 +288,14 @@ def test_both_sides_of_the_digits_of_a_number(scene: hc.Scene, right: FoundDeck)
         check = by_name(examined(scene, changed(deck, runs=runs, end_time=1200 * STEP)), "mass")
         assert check.effect == pytest.approx(0.0, abs=1e-9)
         assert check.passed == passed
+
+
+@pytest.mark.parametrize(("more", "is_bent"), [(0.009, False), (0.011, True)])
+def test_both_sides_of_an_exponent(
+    more: float, is_bent: bool, scene: hc.Scene, right: FoundDeck
+) -> None:
+    bent = times("contact_force", np.maximum(DEPTHS, 1e-9)[:, np.newaxis] ** more)(right)
+    assert is_bent == ("exponent" in {check.kind for check in examined(scene, bent).to_correct})
 
 
 def test_both_sides_of_a_time_step(scene: hc.Scene, right: FoundDeck) -> None:

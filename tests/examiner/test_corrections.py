@@ -259,6 +259,9 @@ def is_as_expected(name: str, done: hc.DeckExamination) -> None:
             assert (check.place and check.place.line) == line
         for edits in check.corrections:
             for (_, _, written), lines in edits.items():
+                # No force makes a wrong radius or velocity.
+                is_of_forces = check.role not in ("radius", "mass", "place", "velocity", "spin")
+                assert is_of_forces or not any(line.startswith("# fix") for line in lines)
                 for needed in ("run ", "timestep "):
                     kept = any(line.startswith(needed) for line in lines)
                     assert not written.startswith(needed) or kept

@@ -36,6 +36,7 @@ from hertzchain.engines.lammps.reading.text import (
     Rules,
     edited,
     in_ascii,
+    read_text,
     shown,
     steps_of,
     without_comment,
@@ -51,7 +52,6 @@ from hertzchain.engines.lammps.reading.watching import (
     nothing_applied,
 )
 from hertzchain.errors import HertzchainError, RunFailed, TooExpensive
-from hertzchain.files import read_bytes
 from hertzchain.limits import TIME_LIMIT, Deadline, bound_memory, in_words
 from hertzchain.scene.scene import Scene
 
@@ -159,12 +159,7 @@ class Interpreter:
 
     def _opened(self, name: str) -> _Open:
         path = self._source.path if not self._files else self._rules.path(name)
-        try:
-            text = read_text(path)
-        except (OSError, ValueError) as problem:
-            reason = getattr(problem, "strerror", None) or problem
-            raise RunFailed(f"{name}: cannot be read ({reason})") from None
-        return _Open(name, edited(in_ascii(text), name, self._source.edits))
+        return _Open(name, edited(in_ascii(read_text(path, name)), name, self._source.edits))
 
     def _one(self, text: str, where: Executed) -> None:
         """Carry out one command, which may stand in quotes within another one."""
@@ -289,13 +284,6 @@ class Interpreter:
         kept = [f"{word} {value}" for word, value in keywords.items() if self._ran or word != "pre"]
         self._player.take(steps, " ".join(kept), index)
         self._ran = True
-
-
-def read_text(path: Path) -> str:
-    """Return the text of a deck without a byte-order mark. Raises OSError, ValueError."""
-    # Most bytes of a deck or include (chosen): far above any deck written by hand
-    text = read_bytes(path, 10_000_000).decode("utf-8-sig", errors="replace")
-    return text.replace("\r\n", "\n")
 
 
 def _yes_or_no(what: str, value: str) -> str:

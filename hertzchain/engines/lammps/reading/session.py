@@ -30,7 +30,7 @@ from hertzchain.engines.external.observation import read_blocks, read_frames
 from hertzchain.engines.external.program import END_GROUP, if_killed, kill, start
 from hertzchain.engines.lammps import dialect
 from hertzchain.engines.lammps.engine import Instance, forget_shared_memory, one_command, version_of
-from hertzchain.engines.lammps.reading.text import MOVES, QUIET, after_quotes, closed, command_of
+from hertzchain.engines.lammps.reading.text import MOVES, QUIET, QUOTED, closed, command_of
 from hertzchain.errors import BackendMissing, HertzchainError, RunFailed
 
 Memory = Any
@@ -42,7 +42,8 @@ Numbers = NDArray[Any]
 BLOCK = 256  # readings passed on together
 _CONDITION = "hertzchain_holds"  # the variable that says whether a condition holds
 _INSIDE = "hertzchain_inside"  # the variable that says which granules are in a group
-_VALUE = re.compile(r"\$(?:(?P<name>\w|\{\w+\})|(?=\())")
+_PIECE = re.compile(rf"{QUOTED}|\$\w|\$\{{\w+\}}|(?P<formula>\$\()")
+"""A text in quotes, a variable, or the beginning of a formula."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -226,18 +227,17 @@ class Session(ABC):
     def expanded(self, text: str) -> str:
         """Return a command with the values of variables outside quotes."""
         whole, k = "", 0
-        while k < len(text):
-            match, end = _VALUE.match(text, k), k + 1
-            if text[k] in "\"'":
-                end = after_quotes(text, k)
-            elif match is not None:
-                over = match.end() if match["name"] else closed(text, end)
+        while (match := _PIECE.search(text, k)) is not None:
+            start, end = match.span()
+            if match["formula"]:
+                over = closed(text, end - 1)
                 if over is None:
-                    raise RunFailed(f"a bracket is not closed: {text[k:]}")
+                    raise RunFailed(f"a bracket is not closed: {text[start:]}")
                 end = over
-            whole += text[k:end] if match is None else self.printed(text[k:end])
+            piece = text[start:end]
+            whole += text[k:start] + (self.printed(piece) if piece[0] == "$" else piece)
             k = end
-        return whole
+        return whole + text[k:]
 
     def holds(self, condition: str) -> bool:
         """Whether the condition of an ``if`` holds."""
@@ -273,7 +273,6 @@ class Session(ABC):
 # ---- The module
 
 _NEVER = 1_000_000_000  # steps between two additions of the fix's own force, which is none
-_DOUBLES = ctypes.POINTER(ctypes.POINTER(ctypes.c_double))
 
 
 class Module(Session):
@@ -290,8 +289,6 @@ class Module(Session):
         super().__init__(folder, version_of(lammps))
         self._lammps = lammps
         self._functions: list[Any] = []  # kept, as LAMMPS only has their addresses
-        self._extract = lammps.lib["lammps_extract_atom"]  # a function of its own: types stay
-        self._extract.argtypes, self._extract.restype = [ctypes.c_void_p, ctypes.c_char_p], _DOUBLES
         self._problem: BaseException | None = None
         self._stop = 0
         self._next = math.inf  # nothing is read outside of ``run``
@@ -312,15 +309,10 @@ class Module(Session):
         """Have a function called after the present fixes."""
         name = super()._hook(source)
 
-        def call(
-            _: object,
-            step: int,
-            granules: int,
-            ids: Memory,
-            place: Memory,
-            added: Memory,
-        ) -> None:
-            self._call([*self.hooks].index(name), step, granules, ids, place, added)
+        def call(_: object, step: int, granules: int, *arrays: Memory) -> None:
+            if step % _NEVER == 0 and granules:
+                ctypes.memset(arrays[-1][0], 0, 24 * granules)  # the force that it adds
+            self._call([*self.hooks].index(name), step)
 
         function = self._lammps.FIX_EXTERNAL_CALLBACK_FUNC(call)
         self._lammps.lib.lammps_set_fix_external_callback(
@@ -333,9 +325,8 @@ class Module(Session):
         """Carry out a ``run``; read its start, every ``stride``-th step and its end."""
         granules = int(self._lammps.extract_setting("nlocal"))
         rows, arrays = min(BLOCK, steps // stride + 3), 3 + len(self.hooks)
-        is_wide = self._lammps.extract_setting("tagint") == ctypes.sizeof(ctypes.c_int64)
         self._step = np.zeros(rows, np.int64)
-        self._ids = np.zeros((rows, granules), np.int64 if is_wide else np.int32)
+        self._ids = np.zeros((rows, granules), np.int64)
         # Position, velocity, torque, then forces.
         self._arrays, self._rows = np.zeros((rows, arrays, granules, 3)), 0
         self._first = self._next = int(self._lammps.extract_global("ntimestep"))
@@ -353,40 +344,28 @@ class Module(Session):
         if self._problem is not None:
             raise self._problem
 
-    def _call(
-        self,
-        number: int,
-        step: int,
-        granules: int,
-        ids: Memory,
-        place: Memory,
-        added: Memory,
-    ) -> None:
+    def _call(self, number: int, step: int) -> None:
         """Called by LAMMPS: no exception may leave it."""
-        if step % _NEVER == 0 and granules:
-            ctypes.memset(added[0], 0, 24 * granules)
         if (step < self._next if number == 0 else not self._reading) or self._problem is not None:
             return
         try:
-            self._copy(number, step, granules, ids, place)
+            self._copy(number, step)
         except BaseException as problem:
             self._problem = problem
             self._reading = False
             self._lammps.force_timeout()
 
-    def _copy(self, number: int, step: int, granules: int, ids: Memory, place: Memory) -> None:
-        row, size = self._arrays[self._rows], 24 * granules
-        if size != row[0].nbytes:
+    def _copy(self, number: int, step: int) -> None:
+        arrays, extract = self._arrays[self._rows], self._lammps.numpy.extract_atom
+        granules = int(self._lammps.extract_setting("nlocal"))
+        if granules != arrays.shape[1]:
             raise GranulesChanged
         if number == 0:
             self._reading = True
-            self._step[self._rows] = step
-            into = self._ids[self._rows]
-            ctypes.memmove(into.ctypes.data, ids, into.nbytes)
-            ctypes.memmove(row[0].ctypes.data, place[0], size)
-            ctypes.memmove(row[1].ctypes.data, self._array(b"v"), size)
-            ctypes.memmove(row[2].ctypes.data, self._array(b"torque"), size)
-        ctypes.memmove(row[3 + number].ctypes.data, self._array(b"f"), size)
+            self._step[self._rows], self._ids[self._rows] = step, extract("id")[:granules]
+            for array, name in zip(arrays, ("x", "v", "torque"), strict=False):
+                array[:] = extract(name)[:granules]
+        arrays[3 + number] = extract("f")[:granules]
         if number == len(self.hooks) - 1:
             self._reading = False
             pace = 1 if self.twice and not self._second else self.stride
@@ -395,9 +374,6 @@ class Module(Session):
             self._rows += 1
             if self._rows == len(self._step):
                 self._hand_on()
-
-    def _array(self, name: bytes) -> Any:
-        return self._extract(self._lammps.lmp, name)[0]
 
     def _hand_on(self) -> None:
         """Pass on the readings, in the order of ids."""

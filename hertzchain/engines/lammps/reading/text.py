@@ -11,15 +11,16 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from hertzchain.errors import RunFailed
+from hertzchain.files import read_bytes
 
 _TRIPLE = '"""'
 
-_ALIKE = {
+_ALIKE = str.maketrans({
     **dict.fromkeys("\u2018\u2019\u201b\u2032", "'"),
     **dict.fromkeys("\u201c\u201d\u201f\u2033", '"'),
     **dict.fromkeys("\u02d7\u2010\u2011\u2012\u2013\u2014\u2212", "-"),
     "\u02d6": "+", "\u2044": "/", "\u2215": "/", "\u2217": "*",
-}  # fmt: skip
+})  # fmt: skip
 """Characters that LAMMPS reads as an ASCII character."""
 
 
@@ -78,56 +79,53 @@ def edited(text: str, name: str, edits: Edits) -> list[Line]:
     return lines
 
 
+def read_text(path: Path, name: str) -> str:
+    """Return the text of a file of a deck without a byte-order mark; RunFailed if that fails."""
+    try:
+        # Most bytes of a file: more are not written by hand (chosen)
+        content = read_bytes(path, 5_000_000)
+    except (OSError, ValueError) as problem:
+        reason = getattr(problem, "strerror", None) or problem
+        raise RunFailed(f"{name}: cannot be read ({reason})") from None
+    # A comment may be in another encoding; no command has such letters.
+    return content.decode("utf-8-sig", errors="replace").replace("\r\n", "\n")
+
+
 def in_ascii(text: str) -> str:
     """The text in ASCII: quotes, dashes and blanks as LAMMPS takes them, ``?`` for all others.
 
     LAMMPS changes or drops other characters before it splits words: the text that it is given must
     have the same words as here.
     """
-    return "".join(_plain(character) for character in text)
+    return "".join(map(_plain, text.translate(_ALIKE)))
 
 
 def _plain(character: str) -> str:
-    if character in _ALIKE:
-        return _ALIKE[character]
     if character == "\n" or " " <= character <= "~":
         return character
     is_blank = character.isspace() or unicodedata.category(character) == "Cf"
     return " " if is_blank else "?"
 
 
+QUOTED = r'"""[\s\S]*?(?:"""|\Z)|"[^"]*(?:"|\Z)|\'[^\']*(?:\'|\Z)'
+"""Pattern of a text in quotes; one that is not closed goes to the end."""
+
+_COMMENT = re.compile(f"{QUOTED}|(?P<begin>#)")
+_WORD = re.compile(rf"{QUOTED}|\S+")
+
+
 def without_comment(text: str) -> str:
     """Return a command without the text from the first ``#`` outside quotes on."""
-    if "#" not in text:
-        return text.strip()
-    k = 0
-    while k < len(text):
-        if text[k] == "#":
-            return text[:k].strip()
-        k = after_quotes(text, k) if text[k] in "\"'" else k + 1
-    return text.strip()
+    begins = (match.start() for match in _COMMENT.finditer(text) if match["begin"])
+    return text[: next(begins, None)].strip()
 
 
 def words_of(text: str) -> list[Word]:
     """The words of a command without comment; a quoted text is one word."""
-    if '"' not in text and "'" not in text:
-        return [Word(word, word) for word in text.split()]
-    words: list[Word] = []
-    k = 0
-    while k < len(text):
-        if text[k].isspace():
-            k += 1
-            continue
-        end = k
-        if text[k] in "\"'":
-            end = after_quotes(text, k)
-            width = 3 if text.startswith(_TRIPLE, k) else 1
-            words.append(Word(text[k + width : end - width], text[k:end]))
-        else:
-            while end < len(text) and not text[end].isspace():
-                end += 1
-            words.append(Word(text[k:end], text[k:end]))
-        k = end
+    words = []
+    for raw in _WORD.findall(text):
+        width = 0 if raw[0] not in "\"'" else 3 if raw.startswith(_TRIPLE) else 1
+        words.append(Word(raw[width : len(raw) - width], raw))
     return words
 
 
@@ -173,13 +171,6 @@ def check_format(text: str) -> None:
         raise RunFailed(f"{text} is not a format of a number, as %g or %20.15g is")
 
 
-def after_quotes(text: str, k: int) -> int:
-    """Return the place after a quoted text that starts at k; the end if it is not closed."""
-    mark = _TRIPLE if text.startswith(_TRIPLE, k) else text[k]
-    end = text.find(mark, k + len(mark))
-    return len(text) if end < 0 else end + len(mark)
-
-
 def closed(text: str, k: int) -> int | None:
     """Return the place after the bracket that closes the one at k; None if it stays open."""
     depth = 0
@@ -205,16 +196,13 @@ CONTROL = ("include", "jump", "label", "next", "if", "quit", "run")
 """Commands that the interpreter carries out itself."""
 
 _CARRIED_OUT = frozenset(
-    ("angle_coeff", "angle_style", "atom_modify", "atom_style", "bond_coeff",
-     "bond_style", "boundary", "box", "change_box", "clear", "comm_modify", "comm_style", "compute",
-     "compute_modify", "create_atoms", "create_bonds", "create_box", "delete_atoms",
-     "delete_bonds", "dielectric", "dimension", "displace_atoms", "echo", "fix", "fix_modify",
-     "group", "lattice", "mass", "min_modify", "min_style",
-     "minimize", "molecule", "neigh_modify", "neighbor", "newton", "pair_coeff", "pair_modify",
-     "pair_style", "print", "read_data", "region", "replicate", "reset_atom_ids",
-     "reset_atoms", "reset_ids", "reset_timestep", "set", "special_bonds", "thermo",
-     "thermo_modify", "thermo_style", "timer", "timestep", "uncompute", "unfix", "units",
-     "variable", "velocity")
+    ("atom_modify", "atom_style", "boundary", "box", "change_box", "clear", "comm_modify",
+     "comm_style", "compute", "compute_modify", "create_atoms", "create_box", "delete_atoms",
+     "dimension", "displace_atoms", "echo", "fix", "fix_modify", "group", "lattice", "mass",
+     "min_modify", "min_style", "minimize", "neigh_modify", "neighbor", "newton", "pair_coeff",
+     "pair_modify", "pair_style", "print", "read_data", "region", "replicate", "reset_atom_ids",
+     "reset_atoms", "reset_ids", "reset_timestep", "set", "thermo", "thermo_modify",
+     "thermo_style", "timer", "timestep", "uncompute", "unfix", "units", "variable", "velocity")
 )  # fmt: skip
 
 _WRITES, _OUTSIDE = "it would write files", "it would run other programs"
@@ -292,9 +280,6 @@ _VARIABLES = frozenset(
 _FILE_KEYWORDS = ("file", "append")
 """Keywords before the name of a file, of ``print`` and of fixes that only record."""
 
-_OF_MOLECULES = frozenset(("offset", "toff", "boff", "aoff", "doff", "ioff", "scale"))
-"""Keywords of ``molecule`` after the names of its files."""
-
 _COMPRESSED = (".gz", ".bz2", ".zst", ".xz", ".lzma", ".lz4", ".Z")
 """Ends of names of files that LAMMPS reads through a shell."""
 
@@ -334,7 +319,7 @@ class Rules:
         changes = {
             "fix": self._fix, "unfix": self._fix_again, "fix_modify": self._fix_again,
             "variable": self._variable, "print": _without_files, "timer": _timer,
-            "read_data": self._reads, "molecule": self._reads,
+            "read_data": self._reads,
         }  # fmt: skip
         return changes[name](words) if name in changes else (words, None)
 
@@ -369,11 +354,7 @@ class Rules:
         return str(path)
 
     def _reads(self, words: list[str]) -> Given:
-        first, end = 1, 2
-        if words[0] == "molecule":
-            ends = (k for k, word in enumerate(words) if word in _OF_MOLECULES)
-            first, end = 2, next(ends, len(words))
-        return [*words[:first], *map(self._file, words[first:end]), *words[end:]], None
+        return [*words[:1], *map(self._file, words[1:2]), *words[2:]], None
 
     def _fix(self, words: list[str]) -> Given:
         if len(words) < 4:  # id, group or style is missing: LAMMPS says so
