@@ -413,6 +413,8 @@ def holds(fit: hc.Fit, truth: dict[str, float]) -> None:
     """Each value is less than four deviations off, and only noise is left."""
     every = {**dict(zip(FREE, TRUTH, strict=True)), **truth}
     assert fit.is_noise, fit
+    # 400 samples before the pulse give the noise to 4 %, which is squared.
+    assert fit.mean_square == pytest.approx(1.0, abs=0.2)
     for value in fit.parameters:
         assert abs(value.value - every[value.key]) < 4 * value.deviation, (value, every[value.key])
 
