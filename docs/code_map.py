@@ -18,7 +18,7 @@ COMPARISON = ("check", "comparison", "run_checks")
 
 PLACES = (
     "   cli", "  lab", "   sweeps", "   report", "   verdict known",
-    " comparison examiner pulses", "  slips",
+    " comparison", "  examiner pulses", "  slips",
     "theory native lammps liggghts yade", "  lammps.reading", " external", " observables",
     " scene", " contact",
 )  # fmt: skip

@@ -112,7 +112,7 @@ def __getattr__(name: str) -> Any:
     if name == "theory":
         return importlib.import_module("hertzchain.theory")
     if name in _HOME:
-        checked = importlib.import_module("hertzchain.scene.arguments").checked
+        checked = importlib.import_module("hertzchain.scene.keys").checked
         value = checked(getattr(importlib.import_module(_HOME[name]), name))
         return globals().setdefault(name, value)
     raise AttributeError(f"module 'hertzchain' has no attribute {name!r}")

@@ -55,7 +55,7 @@ judge scene.toml peaks.csv --column F => --column F: must be NAME=VALUE
 judge scene.toml peaks.csv peaks.csv => peaks.csv; is not a LAMMPS dump
 judge scene.toml none.csv => none.csv; cannot be read
 judge scene.toml peaks.csv --report report.pdf => report.pdf; .html or .htm
-judge scene.toml in.steel_plain => in.steel_plain: is no CSV file; must be one with contact and peak
+judge scene.toml in.steel_plain => in.steel_plain: is no table; must be a CSV file with a header
 examine steel.toml in.steel_plain --var a => --var; NAME
 examine steel.toml in.steel_plain --var a=1 --var a=2 => --var a
 examine steel.toml in.steel_plain --tolerance 2 => tolerance; below 1
@@ -68,7 +68,7 @@ deck scene.toml -o in.chain --rtol 1e-6 --dt '1 ns' => --rtol chooses the step
 deck scene.toml -o in.chain --rtol 1e-15 => rtol = 1e-15; from 1e-09 to 1
 deck scene.toml -o in.chain --dt '1 m' => --dt; 1 m
 deck scene.toml -o in.chain --dt '1 ms' => is unstable; choose a smaller dt
-deck scene.toml -o in.chain --watch-every -1 => watch_every = -1
+deck scene.toml -o in.chain --watch-every 0 => watch_every = 0: must be at least 1
 unit-test scene.toml -o scene.toml => name
 sweep scene.toml -o out --vary shock.colour=1,2 => cannot vary; what can vary
 sweep scene.toml -o out --vary shock.momentum_ratio= => must be NAME=VALUE, such as
