@@ -1,9 +1,10 @@
 """Test that every scene gets a right answer or is refused with a reason.
 
-Scenes are drawn at random over ranges that reach far beyond what is physical (see RANGES), and run
-with both backends; every method is run with steps from a thousandth of the stable one to three
-times that, and batches. Each run must be right (its peaks differ from those of a converged run by
-no more than both error bounds) or refused, with a reason from a closed list (REASONS).
+Scenes are drawn at random over ranges that reach far beyond what is physical (RANGES of
+``random_scenes``), and run with both backends; every method is run with steps from a thousandth of
+the stable one to three times that, and batches. Each run must be right (its peaks differ from those
+of a converged run by no more than both error bounds) or refused, with a reason from a closed list
+(REASONS).
 """
 
 from __future__ import annotations
@@ -39,7 +40,7 @@ from hertzchain.errors import (
 from hertzchain.limits import usable_cores
 from hertzchain.observables.error_bound import stable_step
 from hertzchain.observables.peaks import largest_difference
-from hertzchain.scene.shocks import PROFILES, profile_named
+from validation.random_scenes import extreme_scene, moderate_scene
 from validation.script import Row, Script, new_figure, progress, row
 from validation.shipped import STEEL
 
@@ -54,22 +55,11 @@ REASONS: dict[type[HertzchainError], str] = {
 
 RIGHT = "right"
 
-RANGES = {
-    "young_modulus": (1e3, 1e13),
-    "radius": (1e-9, 1e2),
-    "density": (1.0, 1e5),
-    "peak_force": (1e-15, 1e15),
-    "momentum_ratio": (1e-4, 1e4),
-    "duration_ratio": (1e-3, 1e4),  # of n - 1
-    "granules": (2, 1e5),
-}
-"""Ranges drawn with equal chance in each decade [Pa, m, kg/m^3, N, -, -, -]."""
-
 STEPS = (1e-3, 3e-3, 0.01, 0.03, 0.1, 0.2, 0.4, 0.6, 0.8, 0.95, 1.05, 1.5, 3.0)
 """Steps as fractions of the longest stable step."""
 
 SCENES, STEP_SCENES = 13_300, 20
-"""Scenes drawn from RANGES, 5,000 of which native answers, and scenes that run with every step."""
+"""Scenes at the extremes, 5,000 of which native answers, and scenes that run with every step."""
 
 LAMMPS_SHARE = 10
 """Interval of scenes that are run with LAMMPS, too."""
@@ -168,24 +158,13 @@ class Judge:
         return outcome(outcome=said, stated=stated, measured=measured, bound=bound)
 
 
-def random_scene(rng: np.random.Generator) -> hc.Scene:
-    """A scene from RANGES."""
-    drawn = {name: float(10 ** rng.uniform(*np.log10(ends))) for name, ends in RANGES.items()}
-    granules, poisson_ratio = round(drawn.pop("granules")), float(rng.uniform(-0.99, 0.5))
-    shock: dict[str, Any] = {name: drawn.pop(name) for name in ("peak_force", "momentum_ratio")}
-    n = 1 + drawn.pop("duration_ratio")
-    chain = hc.Chain(granules, poisson_ratio=poisson_ratio, **drawn)
-    profile = profile_named(str(rng.choice(list(PROFILES))))
-    return hc.Scene(chain, hc.Pulse(profile, duration_ratio=n, **shock))
-
-
 def random_outcomes(first: int, with_lammps: bool) -> list[Outcome]:
     """The runs of CHUNK random scenes."""
     outcomes = []
     with Child() as child:
         for number in range(first, first + CHUNK):
             try:
-                scene = random_scene(np.random.default_rng([4, number]))
+                scene = extreme_scene(np.random.default_rng([4, number]))
             except SceneError:
                 nothing = (math.nan, math.nan, 0, math.nan)
                 reason = REASONS[SceneError]
@@ -202,10 +181,7 @@ def random_outcomes(first: int, with_lammps: bool) -> list[Outcome]:
 def step_outcomes(number: int, with_lammps: bool) -> list[Outcome]:
     """Every method with every step, and batches, on one scene of moderate length."""
     rng = np.random.default_rng([5, number])
-    n, ratio = 1 + 10 ** rng.uniform(-1, 2), 10 ** rng.uniform(-2, 1)
-    profile = profile_named(str(rng.choice(list(PROFILES))))
-    pulse = hc.Pulse(profile, 100.0, n, momentum_ratio=ratio)
-    scene = hc.Scene(hc.Chain(round(10 ** rng.uniform(0.3, 1.8)), **STEEL), pulse)
+    scene = moderate_scene(rng)
     outcomes = []
     with Child() as child:
         judge = Judge(number, scene, child, rtol=1e-10)

@@ -1,4 +1,4 @@
-"""Random scenes of moderate length, drawn to be hard on error bounds: a function for each kind."""
+"""Random scenes for all scripts and tests: hard on error bounds, moderate, or at the extremes."""
 
 from __future__ import annotations
 
@@ -424,3 +424,34 @@ def random_hard_scene(
     else:
         scene = random_scene_with_terms(rng, longest, longest_time)
     return damped(rng, scene) if is_damped else scene
+
+
+RANGES = {
+    "young_modulus": (1e3, 1e13),
+    "radius": (1e-9, 1e2),
+    "density": (1.0, 1e5),
+    "peak_force": (1e-15, 1e15),
+    "momentum_ratio": (1e-4, 1e4),
+    "duration_ratio": (1e-3, 1e4),  # of n - 1
+    "granules": (2, 1e5),
+}
+"""Ranges drawn with equal chance in each decade [Pa, m, kg/m^3, N, -, -, -]."""
+
+
+def extreme_scene(rng: np.random.Generator) -> hc.Scene:
+    """A scene from RANGES."""
+    drawn = {name: float(10 ** rng.uniform(*np.log10(ends))) for name, ends in RANGES.items()}
+    granules, poisson_ratio = round(drawn.pop("granules")), float(rng.uniform(-0.99, 0.5))
+    shock: dict[str, Any] = {name: drawn.pop(name) for name in ("peak_force", "momentum_ratio")}
+    n = 1 + drawn.pop("duration_ratio")
+    chain = hc.Chain(granules, poisson_ratio=poisson_ratio, **drawn)
+    profile = profile_named(str(rng.choice(list(PROFILES))))
+    return hc.Scene(chain, hc.Pulse(profile, duration_ratio=n, **shock))
+
+
+def moderate_scene(rng: np.random.Generator) -> hc.Scene:
+    """A pulse on 2 to 63 steel spheres."""
+    n, ratio = 1 + 10 ** rng.uniform(-1, 2), 10 ** rng.uniform(-2, 1)
+    profile = profile_named(str(rng.choice(list(PROFILES))))
+    pulse = hc.Pulse(profile, 100.0, n, momentum_ratio=ratio)
+    return hc.Scene(hc.Chain(round(10 ** rng.uniform(0.3, 1.8)), **STEEL), pulse)

@@ -87,8 +87,7 @@ def draw(
     a number selects the nearest value of the sweep, if both agree to three digits. ``size`` is
     width and height [inches]. Where the peaks of all contacts were kept, ``x`` may be ``contact``.
     """
-    from hertzchain.report.document import in_prefixed
-    from hertzchain.report.picture import SMALL, Picture, at_whole_numbers, in_units, parts_of
+    from hertzchain.report.picture import SMALL, Picture, at_whole_numbers, in_units
 
     columns = sweep.manifest["columns"]
     varied = [axis["name"] for axis in sweep.manifest["vary"]]
@@ -126,14 +125,8 @@ def draw(
     text = textwrap.fill("; ".join(remarks), int(_LETTERS * size[0]))
     figure.supxlabel(text, fontsize=7, color="0.35")
     if fixed and size[0] >= SMALL:  # a paper has a caption
-        titles = []
-        for column in fixed:
-            before, unit, after = parts_of(column_named(column).label)
-            value = chart.frame[column].iloc[0]
-            is_text = column in TEXT
-            shown = f" {value}" if is_text else f"{after} = {in_prefixed(value, unit)}"
-            titles.append(before + shown)
-        axes.set_title(", ".join(titles), fontsize=10, wrap=True)
+        title = ", ".join(f"{name} = {value}" for name, value in fixed.items())
+        axes.set_title(title, fontsize=10, wrap=True)
     return Drawn(figure, remarks)
 
 

@@ -9,7 +9,7 @@ import os
 import shutil
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import closing, nullcontext
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, TypedDict, Unpack
@@ -42,50 +42,6 @@ if TYPE_CHECKING:
 MANIFEST, TABLE = "sweep.json", "scenes"
 _OF_RUNS = ("time_limit", "peaks_only")
 """Settings of backends that change no number of a sweep."""
-
-
-class Parts:
-    """Measured parts of a sweep: files in a folder or, without one, tables in memory."""
-
-    def __init__(self, folder: Path | None) -> None:
-        self.folder = folder
-        self._tables: dict[str, pandas.DataFrame] = {}
-
-    def keep(self, part: Part, table: pandas.DataFrame) -> None:
-        """Store a measured part."""
-        if self.folder is None:
-            self._tables[part.name] = table
-            return
-
-        def write(path: Path) -> None:
-            table.to_parquet(path, engine="pyarrow", index=False, write_page_checksum=True)
-            with path.open("rb+") as stream:  # otherwise a power failure leaves an empty file
-                os.fsync(stream.fileno())
-
-        write_with(self._path(part), write)
-
-    def done(self, parts: Iterable[Part], columns: Sequence[str]) -> list[Part]:
-        """Return the parts that are done: their files are whole, with their scenes and columns."""
-        done = []
-        for part in parts:
-            with contextlib.suppress(OutputError):
-                if self.folder is not None and self._path(part).exists():
-                    table = _read_part(self._path(part))
-                    is_whole = table["scene"].tolist() == [*range(part.start, part.stop)]
-                    done += [part] * (is_whole and {*columns} <= {*table})
-        return done
-
-    def frames(self, columns: Sequence[str] | None = None) -> Iterator[pandas.DataFrame]:
-        """Yield the table part by part."""
-        wanted = None if columns is None else list(columns)
-        for _, table in sorted(self._tables.items()):
-            yield table if wanted is None else table[wanted]
-        for path in sorted((self.folder / TABLE).glob("*.parquet")) if self.folder else ():
-            yield _read_part(path, wanted)
-
-    def _path(self, part: Part) -> Path:
-        assert self.folder is not None
-        return self.folder / TABLE / f"{part.name}.parquet"
 
 
 def _read_part(path: Path, columns: list[str] | None = None) -> pandas.DataFrame:
@@ -179,10 +135,13 @@ class Sweep:
     ----------
     manifest
         Description of the sweep, a JSON object; ``vary`` and ``samples`` define its scenes.
+    folder
+        Folder of its parts; None in memory.
     """
 
     manifest: Mapping[str, Any]
-    _parts: Parts
+    folder: Path | None
+    _tables: dict[str, pandas.DataFrame] = field(default_factory=dict)  # in memory, by parts
 
     @classmethod
     def load(cls, folder: Path | str) -> Sweep:
@@ -197,7 +156,7 @@ class Sweep:
         manifest = _read(folder) if folder.is_dir() else None
         if manifest is None:
             raise OutputError(f"{folder}: is not a sweep, must be what hertzchain sweep -o wrote")
-        return cls(manifest, Parts(folder))
+        return cls(manifest, folder)
 
     def __repr__(self) -> str:
         varies = ", ".join(axis["name"] for axis in self.manifest["vary"])
@@ -207,11 +166,6 @@ class Sweep:
     def rows(self) -> int:
         """Number of scenes times number of backends."""
         return int(self.manifest["rows"])
-
-    @property
-    def folder(self) -> Path | None:
-        """Folder of the sweep; None in memory."""
-        return self._parts.folder
 
     def to_frame(self, columns: Sequence[str] | None = None) -> pandas.DataFrame:
         """Return one row per scene and backend: scene, backend, parameters in SI, and results.
@@ -230,14 +184,14 @@ class Sweep:
         for name in columns or ():
             allowed = f"is not a column of this sweep, which has {', '.join(names)}"
             require(name in names, name, None, allowed + did_you_mean(str(name), names))
-        return _joined(self._parts.frames(names if columns is None else columns))
+        return _joined(self._frames(names if columns is None else columns))
 
     def peaks_to_frame(self) -> pandas.DataFrame:
         """Return one row per scene, backend and contact; OutputError if peaks were not kept."""
         if not self.manifest["peaks"]:
             raise OutputError("the sweep has no peaks of all contacts: sweep again with --peaks")
         columns = peak_columns(self.manifest["columns"])
-        return _joined(map(long_table, self._parts.frames(columns)))
+        return _joined(map(long_table, self._frames(columns)))
 
     def plot(
         self,
@@ -262,7 +216,7 @@ class Sweep:
             for each in self.manifest["backends"]
         }
         counts = Counts(0, 0, 0, None, error)
-        for frame in self._parts.frames(["backend", error, "overlap_ratio", "failure", *late]):
+        for frame in self._frames(["backend", error, "overlap_ratio", "failure", *late]):
             failures = frame["failure"].dropna()
             missed = frame[error] > frame["backend"].map(aims).astype(float)
             counts = replace(
@@ -275,6 +229,42 @@ class Sweep:
                 doubtful=counts.doubtful + int((frame["overlap_ratio"] > DOUBTFUL_OVERLAP).sum()),
             )
         return counts
+
+    def _keep(self, part: Part, table: pandas.DataFrame) -> None:
+        """Store a measured part."""
+        if self.folder is None:
+            self._tables[part.name] = table
+            return
+
+        def write(path: Path) -> None:
+            table.to_parquet(path, engine="pyarrow", index=False, write_page_checksum=True)
+            with path.open("rb+") as stream:  # otherwise a power failure leaves an empty file
+                os.fsync(stream.fileno())
+
+        write_with(self._path(part), write)
+
+    def _done(self, parts: Iterable[Part], columns: Sequence[str]) -> list[Part]:
+        """Return the parts that are done: their files are whole, with their scenes and columns."""
+        done = []
+        for part in parts:
+            with contextlib.suppress(OutputError):
+                if self.folder is not None and self._path(part).exists():
+                    table = _read_part(self._path(part))
+                    scenes = [*range(part.start, part.stop)]
+                    if {*columns} <= {*table} and table["scene"].tolist() == scenes:
+                        done.append(part)
+        return done
+
+    def _frames(self, columns: Sequence[str]) -> Iterator[pandas.DataFrame]:
+        """Yield columns of the table part by part."""
+        for _, table in sorted(self._tables.items()):
+            yield table[list(columns)]
+        for path in sorted((self.folder / TABLE).glob("*.parquet")) if self.folder else ():
+            yield _read_part(path, list(columns))
+
+    def _path(self, part: Part) -> Path:
+        assert self.folder is not None
+        return self.folder / TABLE / f"{part.name}.parquet"
 
 
 @dataclass(frozen=True)
@@ -384,8 +374,8 @@ def sweep(
         "parts": {backend.name: part_size(layout, backend) for backend in chosen},
         "rows": layout.scenes * len(chosen),
     }
-    parts = Parts(None if output is None else Path(output))
-    claim = nullcontext() if parts.folder is None else claimed(parts.folder, manifest)
+    swept = Sweep(manifest, None if output is None else Path(output))
+    claim = nullcontext() if swept.folder is None else claimed(swept.folder, manifest)
     engine = nullcontext(loop_here) if scheduler is None else loop_on(scheduler)
     with telling(progress is True) as tell, engine as measured, claim:
 
@@ -395,20 +385,20 @@ def sweep(
                 progress(rows, manifest["rows"])
 
         columns = peak_columns(manifest["columns"]) if peaks else ()
-        done_parts = parts.done(cut(layout, chosen), (*manifest["columns"], *columns))
+        done_parts = swept._done(cut(layout, chosen), (*manifest["columns"], *columns))
         there = {part.name: part.size for part in done_parts}
         report(done := sum(there.values()))
         left = (part for part in cut(layout, chosen) if part.name not in there)
         with closing(measured(layout, left, peaks)) as tables:
             for part, table in tables:
-                parts.keep(part, table)
+                swept._keep(part, table)
                 report(done := done + part.size)
-    return Sweep(manifest, parts)
+    return swept
 
 
 def settings(backend: Backend) -> dict[str, Any]:
     """Return the settings of a backend that change numbers, as a JSON object."""
-    names = [field.name for field in fields(backend)]
+    names = [entry.name for entry in fields(backend)]
     kept = {name: getattr(backend, name) for name in names if name not in _OF_RUNS}
     lmp = {"lmp": str(kept["lmp"])} if kept.get("lmp") is not None else {}
     return {"name": backend.name, **kept, **lmp}

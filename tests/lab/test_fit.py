@@ -14,6 +14,7 @@ import pytest
 import hertzchain as hc
 from hertzchain.engines.native import backend
 from hertzchain.errors import HertzchainError, SceneError
+from hertzchain.lab import fit as fits
 from hertzchain.lab import model
 from hertzchain.lab.model import drooped
 from tests.command_line import Command
@@ -140,6 +141,15 @@ def test_noise_that_is_correlated_widens_the_intervals() -> None:
     # (1 + r) / (1 - r) with r = 3/4 is 7, of which the root is 2.6: not less than the true 2.
     ratio = correlated.parameters[0].deviation / white.parameters[0].deviation
     assert 1.9 < ratio < 3.5
+
+
+def test_minima_that_noise_may_interchange_widen_the_interval() -> None:
+    """Two as good as one another, three deviations apart; one within a deviation counts once."""
+    minima = [
+        fits._Minimum(np.array([x]), np.array([sign, sign]), 1.0, np.zeros((2, 1)))
+        for x, sign in ((0.0, 1.0), (0.5, 1.0), (3.0, -1.0))
+    ]
+    assert fits._between(minima, np.eye(1), 1.0) == pytest.approx(0.5 * 3.0**2)
 
 
 @pytest.mark.parametrize("digit", [None, 1.0])
@@ -416,6 +426,8 @@ def holds(fit: hc.Fit, truth: dict[str, float]) -> None:
     """Each value is less than four deviations off, and only noise is left."""
     every = {**dict(zip(FREE, TRUTH, strict=True)), **truth}
     assert fit.is_noise, fit
+    # 400 samples before the pulse give the noise to 4 %, which is squared.
+    assert fit.mean_square == pytest.approx(1.0, abs=0.2)
     for value in fit.parameters:
         assert abs(value.value - every[value.key]) < 4 * value.deviation, (value, every[value.key])
 

@@ -148,6 +148,7 @@ def test_a_file_has_what_is_uncertain(tmp_path: Path) -> None:
         ((), 8, 16, "nothing is uncertain"),
         ((Uncertain("chain.young", 1.0),), 8, 16, "did you mean chain.young_modulus"),
         ((Uncertain("chain.granules", 1.0),), 8, 16, "cannot be uncertain"),
+        ((Uncertain("striker.young_modulus", 1e9),), 8, 16, "has no value of its own"),
         ((Uncertain("run.end_time", 1e-6),), 8, 16, "cannot be uncertain"),
         ((Uncertain("chain.gap", 0.1, relative=True),), 8, 16, "of which there is no share"),
         ((Uncertain("chain.poisson_ratio", 0.4),), 8, 16, "lower its uncertainty"),

@@ -39,7 +39,7 @@ def test_a_line_for_each_profile_is_what_the_table_has(both: hc.Sweep) -> None:
         np.testing.assert_array_equal(line.get_ydata(), rows[F_SW])
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("LM_ratio", "F_SW [N]")
     assert (axes.get_xscale(), axes.get_yscale()) == ("log", "linear")
-    assert axes.get_title() == "backend native"
+    assert axes.get_title() == "backend = native"
     assert drawn.remarks == []
 
 
@@ -73,7 +73,7 @@ def test_peaks_of_all_contacts_are_lines_along_the_chain(grid: hc.Sweep) -> None
         np.testing.assert_array_equal(line.get_xdata(), rows["contact"])
     assert drawn.figure.axes[1].get_ylabel() == "n"
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("contact", "peak force [N]")
-    assert "Young's modulus E = 146 GPa" in axes.get_title().replace("\n", " ")
+    assert axes.get_title() == "chain.young_modulus = 146 GPa"
     drawn = draw(swept, "contact", "peak_force_N")
     assert drawn.figure.axes[1].get_ylabel() == "Young's modulus E [GPa]"
     assert drawn.remarks == [f"{N} varies, too, and no colour tells the values apart"]
