@@ -20,8 +20,8 @@ from hertzchain.pulses.pulse import (
     pulse_of,
 )
 from hertzchain.pulses.recording import Noise, Recording
-from hertzchain.report.console import plain_text
-from hertzchain.report.signals import _with_deviation, plot_pulse, print_pulse
+from hertzchain.report.console import plain_text, print_pulse, with_deviation
+from hertzchain.report.figures import plot_pulse
 from hertzchain.scene.shocks import PulseTable, profile_named
 from hertzchain.scene.starters import write_starter
 from tests.conftest import STEEL
@@ -225,4 +225,4 @@ def test_what_is_printed_and_drawn_of_a_pulse() -> None:
 def test_digits_up_to_the_second_of_the_deviation(
     value: float, deviation: float, shown: str
 ) -> None:
-    assert _with_deviation(Value(value, deviation), "N") == shown
+    assert with_deviation(Value(value, deviation), "N") == shown

@@ -25,8 +25,8 @@ from hertzchain.report.console import (
     print_prose,
     print_tradeoff,
 )
-from hertzchain.report.contents import of_comparison, of_judgement, of_result
-from hertzchain.report.document import Document, describe, known_digits, similar_scene
+from hertzchain.report.contents import of_comparison, of_judgement, of_result, similar_scene
+from hertzchain.report.document import Document, describe, known_digits
 from hertzchain.report.figures import plot_tradeoff
 from hertzchain.verdict.check import Check, Kind
 from hertzchain.verdict.tradeoff import Row, Tradeoff

@@ -15,8 +15,7 @@ from matplotlib.axes import Axes
 
 import hertzchain as hc
 from hertzchain.report.contents import of_comparison
-from hertzchain.report.figures import figure_of
-from hertzchain.report.files import drawn_contacts, plot_times
+from hertzchain.report.figures import drawn_contacts, figure_of, plot_times
 from hertzchain.report.page import page_of
 from hertzchain.verdict.check import NOT_RUN, unmeasured
 from tests.conftest import paper_scene
@@ -98,7 +97,7 @@ def page(compared: hc.Comparison) -> str:
 @pytest.fixture
 def _no_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
     """Pages of text alone: drawing takes nearly all of their time."""
-    monkeypatch.setattr("hertzchain.report.page.pictures", lambda _: [])
+    monkeypatch.setattr("hertzchain.report.picture.Picture.inline", lambda _: "")
 
 
 def numbers(cells: list[str]) -> list[float]:
