@@ -119,6 +119,8 @@ def test_text(shown: Shown) -> None:
         assert " ".join(value.split()) in words
     if passes is not None:
         assert bool(what) is passes
+    if document.command in ("judge", "examine") and passes:
+        assert "FAIL" not in {document.peaks.row(k)[-1] for k in document.peaks.shown}
 
 
 def test_lines_of_a_deck_are_whole_to_be_copied() -> None:
