@@ -43,7 +43,7 @@ class Outcome:
 
 def without_compiling(err: str) -> str:
     """Standard error without the line that the first test of all has: kernels are kept then."""
-    return re.sub(r"^hertzchain: compiling kernels[^:\n]*: \S+ s\n", "", err, flags=re.M)
+    return re.sub(r"^hertzchain: compiling kernels .*\n", "", err, flags=re.M)
 
 
 Command = Callable[..., Outcome]

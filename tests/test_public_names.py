@@ -102,7 +102,7 @@ def test_what_answers_a_stop_is_there_before_the_commands() -> None:
     loaded = modules_after("from hertzchain.cli import main")
     assert loaded & HEAVY == set()
     assert {name for name in loaded if name.startswith("hertzchain.")} == {
-        *("hertzchain.cli", "hertzchain.cli.program", "hertzchain.cli.stderr", "hertzchain.errors"),
+        *("hertzchain.cli", "hertzchain.cli.program", "hertzchain.errors", "hertzchain.progress"),
     }
 
 

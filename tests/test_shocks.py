@@ -20,7 +20,7 @@ from hertzchain.observables.error_bound import amplifies_errors
 from hertzchain.observables.peaks import largest_difference
 from hertzchain.report.contents import of_comparison
 from hertzchain.report.document import describe
-from hertzchain.report.files import plot_times
+from hertzchain.report.figures import plot_times
 from hertzchain.report.page import page_of
 from hertzchain.scene.file import SHOCKS, sections_of
 from hertzchain.scene.keys import keys_of
@@ -118,7 +118,7 @@ def test_compare_and_its_page(scene: hc.Scene, monkeypatch: pytest.MonkeyPatch) 
     assert any("Eq. 1 as written" in check.name for check in comparison.checks)
     assert problems(through_json(comparison.to_dict()), "compare.json") == []
     # Drawn once, and not written: that takes most of the time of a page.
-    monkeypatch.setattr("hertzchain.report.page.pictures", lambda draw: [str(draw())])
+    monkeypatch.setattr("hertzchain.report.picture.Picture.inline", lambda _: "")
     assert scene.shock.noun in page_of(of_comparison(comparison), "own.toml")
 
 

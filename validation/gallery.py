@@ -59,7 +59,7 @@ GALLERY = (
     Entry("cosine-triangular_LM2.0_n2", "Table 2: cosine-triangular, LM_ratio 2.0, n 2; p = 9"),
     Entry("long_chain", "400 granules: the wave changes no more", rtol=1e-4, watch_every=2),
     Entry("pulse_table", "a measured pulse, row by row, that pushes twice"),
-    Entry("weak_shock", "overlaps of 0.03 nm: softer, similar granules keep the digits"),
+    Entry("weak_shock", "overlaps of 0.03 nm: softer granules keep the digits"),
     Entry("terms/dimer", "steel and PTFE by turns: contacts of two materials"),
     Entry("terms/taper", "each sphere is 3 % smaller than the one before"),
     Entry("terms/light_defect", "one light sphere rattles in a chain of steel"),

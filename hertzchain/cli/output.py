@@ -6,17 +6,20 @@ import json
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple, NoReturn
 
 import typer
 
-from hertzchain.cli.stderr import say as say  # noqa: PLC0414 - the commands import it
+from hertzchain.progress import say
 
 if TYPE_CHECKING:
     from rich.console import Console
 
+
 DONE, OUT_OF_TOLERANCE, UNUSABLE = 0, 1, 2
+"""Exit statuses."""
 
 
 class Written(NamedTuple):
@@ -71,7 +74,7 @@ def write_files(files: Sequence[Written]) -> None:
 def working(is_native: bool = True) -> Iterator[Callable[[str], None]]:
     """Show the present work and its time on stderr; yield the function that says what it is.
 
-    Where native compiles kernels, that is shown, and then how long it took.
+    Where native compiles kernels, a line says so when it begins.
     """
     from hertzchain import progress
 
@@ -82,11 +85,13 @@ def working(is_native: bool = True) -> Iterator[Callable[[str], None]]:
         from hertzchain.engines.native import elastic
         from hertzchain.observables.compiling import Watched
 
-        what = "compiling kernels for this kind of scene, once"
+        often = "first run only, up to a minute"
         if elastic.march.stats.cache_path is None:
-            why = "in every process because no folder can keep them (see hertzchain doctor)"
-            what = f"compiling kernels, as {why}"
-        with Watched(lambda: report_progress(what)) as preparation:
+            often = "in every process: no folder can keep them, see hertzchain doctor"
+
+        @cache
+        def say_once() -> None:
+            say(f"compiling kernels for this kind of scene ({often})")
+
+        with Watched(say_once):
             yield report_progress
-        if preparation.compile_time:
-            say(f"{what}: {preparation.compile_time:.2g} s")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import atexit
 import os
+import re
 import signal
 import sys
 import threading
@@ -12,8 +13,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, NoReturn
 
-from hertzchain.cli.stderr import discard, say
 from hertzchain.errors import HertzchainError
+from hertzchain.progress import discard, say
 
 if TYPE_CHECKING:
     from sys import UnraisableHookArgs
@@ -67,14 +68,17 @@ def _ignore(numbers: tuple[int, ...]) -> None:
 def main() -> None:
     """Run the command line; a user's mistake is one sentence and status 2."""
     os.environ.pop("MPLBACKEND", None)  # figures have no window; Matplotlib refuses unknown names
-    if _folder_is_gone():  # modules that are loaded later fail in many ways
+    try:
+        Path.cwd()
+    except OSError:  # modules that are loaded later fail in many ways
         _refuse("the current folder was deleted: change to another one")
     try:
         with _stoppable():
             from hertzchain.cli.commands import app
             from hertzchain.cli.options import with_variables
 
-            app(with_variables(sys.argv[1:]), prog_name="hertzchain")
+            words = with_variables(sys.argv[1:]) or ["--help"]
+            sys.exit(app(words, prog_name="hertzchain", standalone_mode=False) or 0)
     except _Stopped as stop:
         number = stop.args[0]
         say("interrupted" if number == signal.SIGINT else "terminated")
@@ -94,14 +98,24 @@ def main() -> None:
             _refuse(f"{problem.filename}: {problem.strerror}")
         discard(sys.stdout)
         _refuse(f"standard output cannot be written ({problem.strerror or problem})")
+    except Exception as problem:
+        if not hasattr(problem, "format_message"):  # Typer's errors, whose class is private, do
+            raise
+        _refuse(_on_words(problem.format_message()))
 
 
-def _folder_is_gone() -> bool:
-    try:
-        Path.cwd()
-    except OSError:
-        return True
-    return False
+def _on_words(message: str) -> str:
+    """Return Typer's message on the words of a command line as other messages are worded."""
+    match = re.fullmatch(r"Invalid value for '(?:.* / )?(.+?)': (?:Value error, )?(.+)", message)
+    if match is None:
+        return message[:1].lower() + message[1:]
+    name, why = match[1], match[2]
+    for kind in ("a number", "an integer"):
+        if f"valid {kind.split()[1]}" in why:
+            why = f"must be {kind}"
+    if name in sys.argv[:-1]:
+        name += f" {sys.argv[sys.argv.index(name) + 1]}"
+    return f"{name}: {why}"
 
 
 def _refuse(why: object) -> NoReturn:

@@ -13,8 +13,8 @@ import typer
 from hertzchain.cli import options
 from hertzchain.cli.output import DONE, OUT_OF_TOLERANCE, UNUSABLE, Answer, Written, working
 from hertzchain.engines.registry import ENGINES, compared_by_default
-from hertzchain.errors import HertzchainError, OutputError, require
-from hertzchain.files import check_outputs
+from hertzchain.errors import HertzchainError, require
+from hertzchain.files import check_new, check_outputs
 from hertzchain.limits import RTOL
 from hertzchain.scene.starters import NAMES, files_of, title_of, write_starter
 
@@ -48,9 +48,10 @@ def init(path: Path = Path("scene.toml"), *, kind: Starter = PULSE) -> None:
     path FILE: The scene file to write (TOML).
     kind: Kind of the scene.
     """
-    check_outputs([], files_of(kind.value, path))
-    if there := [file for file in files_of(kind.value, path) if file.exists()]:
-        raise OutputError(f"{there[0]}: exists; name another file, or delete it")
+    files = files_of(kind.value, path)
+    check_outputs([], files)
+    for file in files:
+        check_new(file)
     written = write_starter(kind.value, path)
     typer.echo(f"{' and '.join(map(str, written))}: {title_of(kind.value)}")
     typer.echo(f"Change it in an editor, then: hertzchain compare {shlex.quote(str(path))}")
@@ -100,14 +101,12 @@ class AccuracyOptions:
         error = result.wanted_error
         if asked is None or not error > asked:
             return []
-        why = (
-            f"{ENGINES[backend].label} cannot reach this accuracy in practical time;"
-            " --backend native does"
-            if backend != "native"
-            else "native cannot reach this accuracy with damped contacts"
-            if result.scene.contact is not None
-            else "repeated collisions amplify rounding errors"
-        )
+        why = "repeated collisions amplify rounding errors"
+        if backend != "native":
+            label = ENGINES[backend].label
+            why = f"{label} cannot reach this accuracy in practical time; --backend native does"
+        elif result.scene.contact is not None:
+            why = "native cannot reach this accuracy with damped contacts"
         return [f"wanted {asked:g}, reached {error:.1g}: {why}"]
 
 
@@ -139,20 +138,21 @@ class TableOptions:
         from hertzchain.scene.terms import NO_GAUGE
 
         is_recorded = is_drawn or self.output is not None or self.traces is not None
-        options.refuse_without_need(is_recorded, record=self.record is not None)
-        allowed = "must be at least 2"
-        require(self.record is None or self.record >= 2, "--record", self.record, allowed)
+        options.refuse_without_need(is_recorded, record=self.record)
         check_format(self.output, "motion" if self.record else "result")
         require(self.traces is None or bool(scene.gauges), "gauge", None, NO_GAUGE)
 
-    def times(self, scene: Scene, is_drawn: bool) -> FloatArray | None:
-        """Return the times [s] that are recorded, if any."""
-        from hertzchain.report.files import frame_times, plot_times
+    def times(self, scene: Scene, is_drawn: bool) -> FloatArray | int | None:
+        """Return the times [s] that are recorded, or their number; None for a run without them."""
+        if self.record is not None:
+            return self.record
+        if self.traces is not None:
+            return 500  # as many as in pictures of force over time
+        if not is_drawn:
+            return None
+        from hertzchain.report.figures import plot_times
 
-        if self.record is not None or self.traces is not None:
-            # Times of traces without --record, as many as in pictures of force over time
-            return frame_times(scene, self.record or 500)
-        return plot_times(scene) if is_drawn else None
+        return plot_times(scene)
 
     def files(self, result: Result) -> list[Written]:
         """Return the tables: peaks, pulses or the motion, and the traces of gauges."""
@@ -238,7 +238,7 @@ def compare(
     from hertzchain.engines.external.accuracy import usual_accuracy
     from hertzchain.engines.native.backend import with_end
     from hertzchain.report.contents import document_of
-    from hertzchain.report.files import plot_times
+    from hertzchain.report.figures import plot_times
     from hertzchain.verdict import comparison
 
     names = dict.fromkeys(["native", *map(str, backend or compared_by_default())])
@@ -301,7 +301,6 @@ def tradeoff(scene: Path, *, picture: options.PictureOptions) -> Answer:
 
     This takes half a minute for 60 granules.
     """
-    from hertzchain.report import figures
     from hertzchain.report.console import print_tradeoff
     from hertzchain.verdict.tradeoff import tradeoff as measure
 
@@ -311,7 +310,7 @@ def tradeoff(scene: Path, *, picture: options.PictureOptions) -> Answer:
     return Answer(
         measured.to_dict,
         lambda console: print_tradeoff(console, measured),
-        [picture.picture(lambda size: figures.plot_tradeoff(measured, size))],
+        [picture.picture(lambda figures, size: figures.plot_tradeoff(measured, size))],
         measured.remarks,
         UNUSABLE if measured.missing else DONE,
     )

@@ -16,10 +16,11 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from hertzchain.cli import options
-from hertzchain.cli.output import DONE, OUT_OF_TOLERANCE, Answer, Written, say, working
+from hertzchain.cli.output import DONE, OUT_OF_TOLERANCE, Answer, Written, working
 from hertzchain.engines.registry import ENGINES
 from hertzchain.errors import HertzchainError
 from hertzchain.limits import RTOL
+from hertzchain.progress import say
 
 if TYPE_CHECKING:
     from hertzchain.sweeps.sweeping import Counts
@@ -121,18 +122,12 @@ def sweep(
     varied, begin = scenes.varied, time.perf_counter()
     options.remark_on_units_of(varied, loaded)
     is_native = any(backend.name == "native" for backend in backends)
-    with _resumable(folder), _counting(is_native) as report_progress:
+    with _counting(folder, is_native) as report_progress:
         swept = measure(
-            loaded,
-            varied,
-            samples=scenes.samples,
-            seed=scenes.seed,
-            backends=backends,
-            peaks=measuring.peaks,
-            output=folder,
-            scheduler=measuring.scheduler,
+            loaded, varied, samples=scenes.samples, seed=scenes.seed, backends=backends,
+            peaks=measuring.peaks, output=folder, scheduler=measuring.scheduler,
             progress=report_progress,
-        )
+        )  # fmt: skip
     counts, wall_time = swept.count(), time.perf_counter() - begin
     numbers = {
         "folder": str(folder),
@@ -177,24 +172,6 @@ def _read_table(path: Path) -> Any:
     raise HertzchainError(allowed)
 
 
-@contextmanager
-def _resumable(output: Path) -> Iterator[None]:
-    """Report, when a sweep is stopped, that the same command resumes it."""
-    from hertzchain.sweeps.sweeping import Sweep
-
-    try:
-        yield
-    except HertzchainError:
-        raise
-    except BaseException:
-        with suppress(HertzchainError):  # stopped before the sweep began
-            say(
-                f"what is done is in {output}, {Sweep.load(output).count().done:,}"
-                " rows; the same command resumes the sweep"
-            )
-        raise
-
-
 def _remarks(counts: Counts, rtol: float) -> list[str]:
     """Return sentences on rows without numbers, less accurate ones, and those to be doubted."""
     from hertzchain.scene.scene import DOUBTFUL_OVERLAP
@@ -214,8 +191,13 @@ def _remarks(counts: Counts, rtol: float) -> list[str]:
 
 
 @contextmanager
-def _counting(is_native: bool) -> Iterator[Callable[[int, int], None]]:
-    """Show how many rows of a sweep are done: continuously on a terminal, else now and then."""
+def _counting(folder: Path, is_native: bool) -> Iterator[Callable[[int, int], None]]:
+    """Show how many rows of a sweep are done: continuously on a terminal, else now and then.
+
+    When the sweep is stopped, say that the same command resumes it.
+    """
+    from hertzchain.sweeps.sweeping import Sweep
+
     is_terminal = sys.stderr is not None and sys.stderr.isatty()
     next_line = 0.0  # at the first call
     with working(is_native) as report_progress:
@@ -231,7 +213,15 @@ def _counting(is_native: bool) -> Iterator[Callable[[int, int], None]]:
             if now > next_line:
                 next_line = now + _LINE_INTERVAL_SECONDS
 
-        yield count
+        try:
+            yield count
+        except HertzchainError:
+            raise
+        except BaseException:
+            with suppress(HertzchainError):  # stopped before the sweep began
+                rows = f"{Sweep.load(folder).count().done:,} rows"
+                say(f"what is done is in {folder}, {rows}; the same command resumes the sweep")
+            raise
 
 
 def plot(

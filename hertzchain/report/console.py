@@ -6,22 +6,20 @@ import io
 import re
 import textwrap
 from collections.abc import Callable, Iterable, Sequence
-from datetime import datetime
+from math import floor, log10
 from typing import TYPE_CHECKING
 
 from rich.table import Table
 from rich.text import Text
 
-from hertzchain.known.certificate import WRONG, Certificate, Row
+from hertzchain.known.certificate import Certificate, Row
+from hertzchain.pulses.pulse import MeasuredPulse, Value
+from hertzchain.pulses.spectrum import WINDOW, Spectrum
 from hertzchain.report.document import (
-    ERROR,
-    FAILURE,
-    SKIPPED,
-    Case,
     Document,
-    Suite,
     describe,
     difference,
+    in_prefixed,
     number,
     with_unit,
 )
@@ -166,7 +164,9 @@ def print_document(
         [Text(cell, _STYLES[cell]) if cell in _STYLES else cell for cell in peaks.row(k)]
         for k in shown
     ]
-    header = [label if is_verdict else f"{label} {unit}".strip() for label, unit in peaks.columns]
+    header = [
+        label if is_verdict else f"{label} {unit}".strip() for label, unit, _ in peaks.columns
+    ]
     console.print(table(header, rows))
     has_all = "shown by --all" if document.command in ("run", "compare") else "shown by --json"
     left = native.contact.size - len(rows) if peaks.of_contacts else 0
@@ -278,20 +278,6 @@ def print_certificates(console: Console, certificates: Sequence[Certificate]) ->
         console.print(certificate.sentence, soft_wrap=True)  # one line, for programs that read it
 
 
-def suite(certificate: Certificate, begun: datetime) -> Suite:
-    """Return the rows as test cases; those that could not be tested by choice are skipped."""
-    cases = []
-    for row in certificate.rows:
-        if row.passed:
-            cases.append(Case(row.case.name))
-            continue
-        problem = FAILURE if row.grade == WRONG else ERROR if row.failed else SKIPPED
-        cases.append(Case(row.case.name, problem, f"{row.words}: {row.reason}", row.case.tests))
-    program = certificate.program.replace(".", "_")
-    name = f"hertzchain.certify.{program}"
-    return Suite(name, tuple(cases), begun, certificate.seconds)
-
-
 def _cells(row: Row) -> tuple[str, ...]:
     numbers = (row.difference, row.allowed)
     shown = ("" if number is None else f"{number:.1e}" for number in numbers)
@@ -346,3 +332,61 @@ def _setting(row: TradeoffRow) -> str:
     if row.rtol is not None:
         return f"rtol {_power(row.rtol)}"
     return f"step {row.step:.3g} s"
+
+
+def print_pulse(console: Console, pulse: MeasuredPulse) -> None:
+    """Print the layout of a recording, the changes made to it, and the numbers of the pulse."""
+    signal = pulse.signal
+    before, after = (impulse / pulse.impulse.value for impulse in signal.left_out)
+    start = signal.start + 0.0  # no negative zero
+    end = start + pulse.table.time[-1]
+    rows = f"{signal.time.size:,} before, {len(pulse.table.time):,} now"
+    facts = [
+        *pulse.recording.facts,
+        *signal.remarks,
+        ("pulse", f"from {start:.6g} s to {end:.6g} s of the file; its start is now 0"),
+        ("impulse left out", f"{before:.2%} before the pulse, {after:.2%} after it"),
+        ("rows", f"{rows}; but for noise the force is off by {pulse.bend:.2g} N at most"),
+        ("F0", with_deviation(pulse.peak_force, "N")),
+        ("impulse", with_deviation(pulse.impulse, "N s")),
+        ("rise time, 10 % to 90 %", f"{pulse.rise_time:.3g} s"),
+    ]
+    print_facts(console, facts)
+    console.print("± is one standard deviation, of noise, baseline and the lines between rows.")
+
+
+def with_deviation(value: Value, unit: str) -> str:
+    """Return a value with its standard deviation, both to the second digit of the deviation."""
+    if value.deviation == 0:
+        return f"{value.value:.6g} {unit}"
+    if value.deviation >= abs(value.value):
+        return f"{value.value:.6g} ± {value.deviation:.2g} {unit}"
+    digits = floor(log10(abs(value.value))) - floor(log10(value.deviation)) + 2
+    shown = f"{value.value:#.{min(digits, 9)}g}".rstrip(".")
+    deviation = f"{value.deviation:#.2g}".rstrip(".")
+    return f"{shown} ± {deviation} {unit}"
+
+
+def print_spectrum(console: Console, spectrum: Spectrum) -> None:
+    """Print the bins, the highest of them, and the band edges."""
+    frequency, amplitude = spectrum.largest
+    bins = f"{spectrum.frequency.size:,} of {in_prefixed(float(spectrum.frequency[1]), 'Hz')}"
+    facts = [
+        ("force", f"{place_of(spectrum)}, without its mean"),
+        ("window", f"{WINDOW.title()}, over the whole run"),
+        ("bins", bins),
+        ("largest amplitude", f"{amplitude:.4g} N at {in_prefixed(frequency, 'Hz')}"),
+        *((edge.name, f"{edge.frequency:.6g} Hz, {edge.formula}") for edge in spectrum.edges),
+    ]
+    if not spectrum.edges:
+        facts.append(
+            ("band edges", "none: formulas are for pressed chains of one kind, or two in turn")
+        )
+    console.print(describe(spectrum.scene), style="bold", end="\n\n")
+    print_facts(console, facts)
+
+
+def place_of(spectrum: Spectrum) -> str:
+    """Return what a sentence calls the place of the gauge."""
+    gauge = spectrum.gauge
+    return gauge.place if gauge.contact is None else spectrum.scene.contact_name(gauge.contact)

@@ -6,6 +6,7 @@ import math
 import textwrap
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,22 +15,19 @@ from hertzchain.arrays import FloatArray
 from hertzchain.observables.result import Result
 from hertzchain.report.document import (
     NO_DIGIT,
+    Column,
     Document,
+    Fact,
     Failure,
     Finding,
     Overlay,
     Peaks,
     Table,
     Verdict,
-    cost,
     describe,
-    duration,
-    facts_of_terms,
     failure_of,
     known_digits,
     number,
-    shown_contacts,
-    similar_scene,
     with_unit,
 )
 from hertzchain.report.files import run_document
@@ -37,6 +35,7 @@ from hertzchain.report.style import FORMULAS, GIVEN, LABELS
 from hertzchain.scene.chain import MATERIAL, MEASURED, Chain
 from hertzchain.scene.keys import keys_of
 from hertzchain.scene.scene import Scene
+from hertzchain.theory.restitution import parting
 from hertzchain.verdict.run_checks import FIRST_PULSES, PEAKS
 
 if TYPE_CHECKING:
@@ -46,6 +45,22 @@ if TYPE_CHECKING:
     from hertzchain.verdict.judgement import Judgement
     from hertzchain.verdict.results import TrainJudgement
     from hertzchain.verdict.traces import TraceJudgement
+
+
+def document_of(shown: object) -> Document:
+    """The document of a result, a comparison, a judgement or an examination of a deck."""
+    makers: Mapping[str, Callable[[Any], Document]] = {
+        "Result": of_result,
+        "Comparison": of_comparison,
+        "Judgement": of_judgement,
+        "DeckExamination": of_examination,
+        "TraceJudgement": of_traces,
+        "TrainJudgement": of_trains,
+    }
+    return makers[type(shown).__name__](shown)
+
+
+# Runs
 
 
 def of_result(result: Result, pulses: bool = False) -> Document:
@@ -63,36 +78,34 @@ def of_result(result: Result, pulses: bool = False) -> Document:
     )
 
 
+def _contact(result: Result) -> Column:
+    """Return the column of the names of contacts."""
+    return "contact", "", lambda k: result.scene.contact_label(result.scene.contacts[k])
+
+
 def _peaks(result: Result) -> Peaks:
     """Return peaks with their known digits, and the other numbers of each contact."""
-    static, first = result.static_force, result.first_pulses
-    of_static = [] if static is None else [("static force", "[N]")]
-    waits = ~result.peak_passed & result.is_reached
-    of_first = [("first pulse", "[N]"), ("arrival", "[s]"), ("width", "[s]")]
-
-    def row(k: int) -> list[str]:
-        return [
-            result.scene.contact_label(result.scene.contacts[k]),
-            known_digits(result.peak_force[k], result.peak_errors[k]),
-            *([] if static is None else [number(static[k], 7)]),
-            number(result.peak_time[k], 6),
-            *([] if first is None else _first_pulse(result, k)),
-            "not peaked yet" if waits[k] else "",
+    static, first = result.static_force, result.first_columns
+    columns: list[Column] = [
+        _contact(result),
+        ("peak force", "[N]", lambda k: known_digits(result.peak_force[k], result.peak_errors[k])),
+    ]
+    if static is not None:
+        columns.append(("static force", "[N]", lambda k: number(static[k], 7)))
+    columns.append(("peak time", "[s]", lambda k: number(result.peak_time[k], 6)))
+    if first:
+        force, error = first["first_peak_force_N"], first["first_peak_error"]
+        times = {"arrival": first["arrival_time_s"], "width": first["first_width_s"]}
+        columns += [
+            ("first pulse", "[N]", lambda k: known_digits(force[k], error[k])),
+            *(
+                (name, "[s]", lambda k, time=time: "" if np.isnan(force[k]) else number(time[k], 6))
+                for name, time in times.items()
+            ),
         ]
-
-    return Peaks(
-        "Peak force of each contact",
-        [
-            ("contact", ""),
-            ("peak force", "[N]"),
-            *of_static,
-            ("peak time", "[s]"),
-            *([] if first is None else of_first),
-            ("", ""),
-        ],
-        row,
-        range(len(shown_contacts(result))),
-    )
+    waits = ~result.peak_passed & result.is_reached
+    columns.append(("", "", lambda k: "not peaked yet" if waits[k] else ""))
+    return Peaks("Peak force of each contact", columns, _shown(result))
 
 
 def _pulses(result: Result) -> Table:
@@ -112,25 +125,45 @@ def _pulses(result: Result) -> Table:
     return Table("Pulses", "All pulses, incident and reflected", header, rows)
 
 
-def _facts(result: Result) -> list[tuple[str, str]]:
-    """Return label and value of the facts of the whole run."""
+def _shown(result: Result) -> range:
+    """Return the indices of the contacts up to p + 1; without p of the first few contacts."""
+    p = result.transition_granules
+    return range(int(np.count_nonzero(result.contact <= (11 if p is None else p + 1))))
+
+
+def _facts(result: Result) -> list[Fact]:
+    """Return the facts of the whole run."""
     facts = [
-        *main_facts(result),
+        *_main_facts(result),
         *_facts_of_collision(result),
         *_facts_of_wave(result),
         *_facts_of_gauges(result),
         ("error of the peaks, at most", f"{result.error_estimate:.1e}"),
-        *_first_facts(result),
+    ]
+    first = result.first_columns
+    if first and np.isfinite(first["first_peak_error"]).any():
+        force, arrival = (np.nanmax(first[key]) for key in ("first_peak_error", "arrival_error_s"))
+        facts += [
+            ("error of first pulses, at most", f"{force:.1e}"),
+            ("error of arrivals, at most", with_unit(float(arrival), "s", 0.1)),
+        ]
+    steps = f"{result.steps:,} steps of at most {result.dt:.3g} s"
+    facts += [
         ("largest overlap", f"{result.overlap_ratio:.2g} radii"),
-        ("largest pressure", largest_pressure(result)),
-        ("cost", cost(result)),
+        ("largest pressure", _pressure(result)),
+        ("cost", f"{_duration(result.wall_time)}, {steps} ({result.backend}, {result.method})"),
     ]
     if (similar := similar_scene(result)) is not None:
         facts.append(("computed as", similar))
     return facts
 
 
-def largest_pressure(result: Result) -> str:
+def _duration(seconds: float) -> str:
+    """Return a time with three digits, in ms below a second."""
+    return f"{seconds:.3g} s" if seconds >= 1 else f"{1e3 * seconds:.3g} ms"
+
+
+def _pressure(result: Result) -> str:
     """Return the largest pressure, where it is, and the strength below which a metal yields."""
     largest = result.largest_pressure
     if np.isnan(largest.pressure):
@@ -143,49 +176,36 @@ def largest_pressure(result: Result) -> str:
     )
 
 
-def _first_pulse(result: Result, k: int) -> tuple[str, ...]:
-    """Return force, arrival and width of the first pulse of a contact; empty where it has none."""
-    columns = result.first_columns
-    if np.isnan(columns["first_peak_force_N"][k]):
-        return "", "", ""
+def similar_scene(result: Result) -> str | None:
+    """Return words for the similar scene that a code was given; None for the scene itself."""
+    lost = result.lost_digits
+    if lost is None or lost.young_modulus == result.scene.chain.first_modulus:
+        return None
+    is_measured = result.scene.chain.stiffness is not None
+    chain = "softer chain" if is_measured else f"chain of E = {lost.young_modulus:.3g} Pa"
     return (
-        known_digits(columns["first_peak_force_N"][k], columns["first_peak_error"][k]),
-        number(columns["arrival_time_s"][k], 6),
-        number(columns["first_width_s"][k], 6),
+        f"a similar {chain}, scaled back: absolute coordinates"
+        f" would have cost the peaks {lost.predicted:.0e}, and now cost at most {lost.bound:.0e}"
     )
 
 
-def _first_facts(result: Result) -> list[tuple[str, str]]:
-    """Return the largest errors of first pulses; nothing if they were not wanted."""
-    columns = result.first_columns
-    if not columns or not np.isfinite(columns["first_peak_error"]).any():
-        return []
-    force, arrival = (np.nanmax(columns[key]) for key in ("first_peak_error", "arrival_error_s"))
-    return [
-        ("error of first pulses, at most", f"{force:.1e}"),
-        ("error of arrivals, at most", with_unit(float(arrival), "s", 0.1)),
-    ]
-
-
-def _facts_of_collision(result: Result) -> list[tuple[str, str]]:
+def _facts_of_collision(result: Result) -> list[Fact]:
     """Return contact times with walls, and the momentum that came back; nothing without walls."""
     facts, columns, scene = [], result.first_columns, result.scene
-    for section, k in ("near_wall", 0), ("wall", -1):
-        if getattr(scene, section) is None or not columns:
-            continue
+    walls = [(name, k) for name, k in (("near_wall", 0), ("wall", -1)) if getattr(scene, name)]
+    for section, k in walls if columns else ():
         time, error = (columns[name][k] for name in ("contact_time_s", "contact_time_error_s"))
         if np.isfinite(time):
             name = section.replace("_", " ")
             facts.append((f"contact time with the {name}", with_unit(time, "s", error / time)))
-    has_wall = scene.wall is not None or scene.near_wall is not None
-    if has_wall and (restitution := result.restitution) is not None:
+    if walls and (restitution := result.restitution) is not None:
         parts = zip(("granule 1", "all granules"), restitution, strict=True)
         values = [f"{name} {value:.3g}" for name, value in parts if value is not None]
         facts += [("momentum back over momentum in", ", ".join(values))] if values else []
     return facts
 
 
-def _facts_of_gauges(result: Result) -> list[tuple[str, str]]:
+def _facts_of_gauges(result: Result) -> list[Fact]:
     """Return the first pulse of each gauge."""
     facts = []
     for read in result.gauges:
@@ -204,7 +224,7 @@ def _facts_of_gauges(result: Result) -> list[tuple[str, str]]:
     return facts
 
 
-def _facts_of_wave(result: Result) -> list[tuple[str, str]]:
+def _facts_of_wave(result: Result) -> list[Fact]:
     """Return speed, height and width of the wave by first pulses; nothing where there is none."""
     wave = result.usual_wave
     if wave is None:
@@ -213,25 +233,17 @@ def _facts_of_wave(result: Result) -> list[tuple[str, str]]:
     width = with_unit(wave.width, "s", wave.width_error)
     if np.isfinite(wave.width) and "unlike granules" not in result.scene.terms:
         width += f", {wave.width_granules:.3g} granules"
+    speed = with_unit(wave.speed, "m/s", wave.speed_error)
     return [
-        (
-            f"speed, contacts {wave.first} to {wave.last}",
-            with_unit(wave.speed, "m/s", wave.speed_error),
-        ),
+        (f"speed, contacts {wave.first} to {wave.last}", speed),
         (f"height and width, contact {wave.last}", f"{height}, {width}"),
     ]
 
 
-def main_facts(result: Result) -> list[tuple[str, str]]:
-    """Return the main facts of a run besides peaks.
-
-    They describe the wave in a uniform chain, otherwise the ends of the chain.
-    """
-    return _wave_facts(result) if result.scene.is_plain else facts_of_terms(result)
-
-
-def _wave_facts(result: Result) -> list[tuple[str, str]]:
-    """Return the facts of a plain scene: the transition and the wave after it."""
+def _main_facts(result: Result) -> list[Fact]:
+    """Return the transition and the wave of a uniform chain, otherwise what its ends do."""
+    if not result.scene.is_plain:
+        return _facts_of_ends(result)
     wave, p, estimate = result.solitary_wave, result.transition_granules, result.error_estimate
     return [
         ("transition, p", "none ends here" if p is None else f"{p} granules"),
@@ -250,126 +262,130 @@ def _settled(value: float | None, unit: str, error: float | None, estimate: floa
     return f"{with_unit(value, unit, max(estimate, error))}, settled to {error:.1e}"
 
 
+def _facts_of_ends(result: Result) -> list[Fact]:
+    """Return the force on the walls, velocities, damping and the end of the run."""
+    facts = []
+    for wall, k in (result.scene.near_wall, 0), (result.scene.wall, -1):
+        if wall is None:
+            continue
+        name = result.scene.contact_name(result.scene.contacts[k])
+        force, time = result.peak_force[k], result.peak_time[k]
+        digits = known_digits(force, result.peak_errors[k])
+        at = " N" if np.isnan(time) else f" N at {time:.6g} s"
+        facts.append((f"largest force on {name}", digits if digits == NO_DIGIT else digits + at))
+    first, last = (f"{v:.3g} m/s" for v in (result.velocity[0], result.velocity[-1]))
+    if np.isfinite(result.velocity[0]):
+        others = f", the last granule {last}" if result.velocity.size > 1 else ""
+        facts.append(("velocity at the end", f"granule 1 {first}{others}"))
+    if (spheres := parting(result.scene)) is not None:
+        at = "" if spheres.speed is None else f" of {spheres.speed:.3g} m/s, {spheres.whose}"
+        part = f"{spheres.restitution:.4f} of their speed{at}"
+        facts.append(("two like spheres part with", part))
+    facts.append(("end of the run", f"{result.scene.end_time:.6g} s"))
+    return facts
+
+
+# Comparisons
+
+
 def of_comparison(comparison: Comparison) -> Document:
     """Return the document of a comparison."""
-    formulas = comparison.formulas
-    others = {name: result for name, result in comparison.results.items() if name != "native"}
+    formulas, results = comparison.formulas, comparison.results
+    others = {name: result for name, result in results.items() if name != "native"}
     named = FORMULAS if comparison.scene.is_plain else ()  # formulas are only for plain scenes
     equations = {name: getattr(formulas, name) for name in named}
     drawn = {name: result.peak_force for name, result in others.items()}
-    notes = [
-        *(f"Formulas: {text}" for text in (formulas.applicable, formulas.note) if text),
-        *(
-            f"{LABELS[name]} computed {how}"
-            for name, result in others.items()
-            if (how := similar_scene(result)) is not None
-        ),
-    ]
+    notes = [f"Formulas: {text}" for text in (formulas.applicable, formulas.note) if text]
+    for name, result in others.items():
+        if (how := similar_scene(result)) is not None:
+            notes.append(f"{LABELS[name]} computed {how}")
     return Document(
         kind="Comparison",
         numbers=comparison.to_dict,
         command="compare",
-        results=comparison.results,
+        results=results,
         verdict=_verdict(comparison),
-        peaks=_compared_peaks(comparison, drawn, equations),
+        peaks=_compared_peaks(comparison, equations),
         drawn=drawn | (equations if formulas.applicable is None else {}),
         limits=[
             (name, f"{LABELS[name]}, error estimate", result.error_estimate)
             for name, result in others.items()
         ],
-        absent=[LABELS[name] for name in comparison.wanted if name not in comparison.results],
+        absent=[LABELS[name] for name in comparison.wanted if name not in results],
         tables=[_answers(comparison, notes)],
         checks=comparison.checks,
         remarks=notes,
     )
 
 
-def _compared_peaks(
-    comparison: Comparison, peaks: Mapping[str, FloatArray], equations: Mapping[str, FloatArray]
-) -> Peaks:
+def _compared_peaks(comparison: Comparison, equations: Mapping[str, FloatArray]) -> Peaks:
     """Return peaks with nine digits for simulations, six for formulas, and their differences."""
-    native = comparison.native
-    nothing = np.full(native.contact.size, np.nan)
-    codes = {name: peaks.get(name, nothing) for name in comparison.wanted if name != "native"}
-    columns = {**codes, **equations}
-    labels = [LABELS[name] for name in columns]
+    native, results = comparison.native, comparison.results
+    peaks = {name: result.peak_force for name, result in results.items()} | dict(equations)
+    errors = {name: result.peak_errors for name, result in results.items()}
 
-    errors = {name: comparison.results[name].peak_errors for name in ("native", *peaks)}
+    def is_unknown(name: str, k: int) -> bool:
+        return name in errors and bool(errors[name][k] >= 1)
 
-    def row(k: int) -> list[str]:
-        peak = native.peak_force[k]
-        values = [
-            _of_run(column[k], errors[name][k]) if name in errors else number(column[k], 6)
-            for name, column in columns.items()
-        ]
-        differences = [
-            ""
-            if not peak > 0
-            or np.isnan(column[k])
-            or max(errors[code][k] for code in ("native", name) if code in errors) >= 1
-            else f"{column[k] / peak - 1:{'+.1e' if name in codes else '+.2%'}}"
-            for name, column in columns.items()
-        ]
-        of_native = _of_run(peak, errors["native"][k])
-        label = native.scene.contact_label(native.scene.contacts[k])
-        return [label, of_native, *values, *differences]
+    def value(name: str, k: int) -> str:
+        if name not in peaks:
+            return ""
+        digits = 6 if name in equations else 9
+        return NO_DIGIT if is_unknown(name, k) else number(peaks[name][k], digits)
 
+    def off(name: str, k: int) -> str:
+        reference = native.peak_force[k]
+        ratio = peaks[name][k] / reference if name in peaks and reference > 0 else np.nan
+        if np.isnan(ratio) or is_unknown("native", k) or is_unknown(name, k):
+            return ""
+        return f"{ratio - 1:{'+.2%' if name in equations else '+.1e'}}"
+
+    names = [*(name for name in comparison.wanted if name != "native"), *equations]
     return Peaks(
         "Peak force of each contact [N]; then its difference from native",
         [
-            *(("contact", ""), ("native", "[N]")),
-            *((label, "[N]") for label in labels),
-            *((label, "− native") for label in labels),  # noqa: RUF001 - a minus sign
+            _contact(native),
+            *((LABELS[name], "[N]", partial(value, name)) for name in ("native", *names)),
+            *((LABELS[name], "− native", partial(off, name)) for name in names),  # noqa: RUF001
         ],
-        row,
-        range(len(shown_contacts(native))),
+        _shown(native),
     )
 
 
 def _answers(comparison: Comparison, notes: Sequence[str]) -> Table:
     """Return the facts of each simulation side by side, and their cost, with notes on them."""
-    facts = {
+    answers = {
         name: {
-            **dict(main_facts(result)),
+            **dict(_main_facts(result)),
             "error, at most": f"{result.wanted_error:.1e}",
             "method": result.method,
             "steps": f"{result.steps:,}",
-            "time": duration(result.wall_time),
+            "time": _duration(result.wall_time),
         }
         for name, result in comparison.results.items()
     }
-    formulas = comparison.formulas
-    said = {}
-    if formulas.transition_granules is not None:
-        said["transition, p"] = f"{formulas.transition_granules:.2f}"
-    if formulas.speed:
-        said["speed"] = f"{formulas.speed:.2f}, exact {formulas.exact_speed:.2f} at F_SW"
-    wanted = [*comparison.wanted, "formulas"] if comparison.scene.is_plain else comparison.wanted
-    said_of_all = (
+    labels, wanted, formulas = list(answers["native"]), [*comparison.wanted], comparison.formulas
+    said = (
         "The number of steps is of the run itself; time is of the whole call, with the runs that"
         " find its step and its error."
     )
-    below = [" ".join([said_of_all, *(f"{note}." for note in notes)])]
+    below = [" ".join([said, *(f"{note}." for note in notes)])]
     if comparison.scene.is_plain:
+        wanted.append("formulas")
+        answers["formulas"] = {}
+        if formulas.transition_granules is not None:
+            answers["formulas"]["transition, p"] = f"{formulas.transition_granules:.2f}"
+        if formulas.speed:
+            speeds = f"{formulas.speed:.2f}, exact {formulas.exact_speed:.2f} at F_SW"
+            answers["formulas"]["speed"] = speeds
         below.append(
             "p: granules in the transition; F_SW: peak force of contact p + 1. The formulas are"
             " given p and F_SW of native."
         )
-    return Table(
-        "What each of them says of the chain as a whole",
-        "What each of them says of the chain as a whole",
-        ["", *(LABELS.get(name, name) for name in wanted)],
-        [
-            [label, *((facts | {"formulas": said}).get(name, {}).get(label, "") for name in wanted)]
-            for label in facts["native"]
-        ],
-        below=below,
-    )
-
-
-def _of_run(peak: float, error: float) -> str:
-    """Return a peak with nine digits, for its differences; words if no digit is right."""
-    return NO_DIGIT if error >= 1 else number(peak, 9)
+    title = "What each of them says of the chain as a whole"
+    header = ["", *(LABELS.get(name, name) for name in wanted)]
+    rows = [[label, *(answers.get(name, {}).get(label, "") for name in wanted)] for label in labels]
+    return Table(title, title, header, rows, below=below)
 
 
 def _verdict(comparison: Comparison) -> Verdict:
@@ -392,56 +408,56 @@ def _verdict(comparison: Comparison) -> Verdict:
         *(f"{LABELS[name]}: {text}" for name in results for text in results[name].warnings),
         *(f"{check.name}: {check.remark}" for check in checks if check.remark),
     ]
-    failures = [failure_of(check) for check in failed]
-    return Verdict(not failed, sentence, failures, remarks)
+    return Verdict(not failed, sentence, [*map(failure_of, failed)], remarks)
+
+
+# Judgements
 
 
 def of_judgement(judgement: Judgement) -> Document:
     """Return the document of a judgement of given peaks."""
-    native, tolerance = judgement.reference, judgement.tolerance
-    failed = np.flatnonzero(judgement.judged & ~judgement.passed)
+    native, tolerance, rows = judgement.reference, judgement.tolerance, judgement.rows
+    failed = int(np.count_nonzero(judgement.judged & ~judgement.passed))
     judged = int(np.count_nonzero(judgement.judged))
-    cause, hint = judgement.cause, judgement.hint
-    why = [Failure("Likely cause", "", cause)] if cause else []
-    why += [Failure("Hint", "", hint)] if hint else []
-    said = [text for text in (cause and f"Likely cause: {cause}", hint) if text]
+    said = {"Likely cause": judgement.cause, "Hint": judgement.hint}
     if judged == 0:
         sentence = "No contact could be judged."
-    elif not failed.size:
+    elif not failed:
         sentence = f"All {judged} judged contacts are within {tolerance:.1e} of the reference."
     else:
-        sentence = (
-            f"{failed.size} of {judged} judged contacts are off by more than {tolerance:.1e}."
-        )
+        sentence = f"{failed} of {judged} judged contacts are off by more than {tolerance:.1e}."
+    words = {True: "pass", False: "FAIL", None: "not judged"}
+    what = "First pulse" if judgement.of_first_pulses else "Peak force"
     return Document(
         kind="Judgement of given peaks",
         numbers=judgement.to_dict,
         command="judge",
         results={"native": native},
         verdict=Verdict(
-            judgement.verdict == "pass", sentence, why, [*judgement.remarks, *native.warnings]
+            judgement.verdict == "pass",
+            sentence,
+            [Failure(name, "", text) for name, text in said.items() if text],
+            [*judgement.remarks, *native.warnings],
         ),
-        peaks=_judged_peaks(judgement),
+        peaks=_given_peaks(
+            native, f"{what} of each contact [N]: as given", "given",
+            np.array([row["given_N"] for row in rows], np.float64),
+            np.array([row["reference_N"] for row in rows], np.float64),
+            ["not given" if row["given_N"] is None else words[row["passed"]] for row in rows],  # type: ignore[index]
+        ),
         drawn={GIVEN: judgement.given},
         limits=[(GIVEN, "tolerance", tolerance)],
-        facts=_facts_of_peaks(judgement, judged, failed.size),
-        remarks=[*said, *judgement.remarks],
-    )
+        facts=_facts_of_peaks(judgement, judged, failed),
+        remarks=[
+            *([f"Likely cause: {judgement.cause}"] if judgement.cause else []),
+            *([judgement.hint] if judgement.hint else []),
+            *judgement.remarks,
+        ],
+    )  # fmt: skip
 
 
-def _judged_peaks(judgement: Judgement) -> Peaks:
-    rows, verdicts = judgement.rows, {True: "pass", False: "FAIL", None: "not judged"}
-    words = ["not given" if row["given_N"] is None else verdicts[row["passed"]] for row in rows]  # type: ignore[index]
-    given, reference = (
-        np.array([row[key] for row in rows], np.float64) for key in ("given_N", "reference_N")
-    )
-    what = "First pulse" if judgement.of_first_pulses else "Peak force"
-    what = f"{what} of each contact [N]: as given"
-    return given_peaks(judgement.reference, what, "given", given, reference, words)
-
-
-def _facts_of_peaks(judgement: Judgement, judged: int, failed: int) -> list[tuple[str, str]]:
-    """Return label and value of facts on all contacts together."""
+def _facts_of_peaks(judgement: Judgement, judged: int, failed: int) -> list[Fact]:
+    """Return facts on all contacts together."""
     reference, missing = judgement.reference, judgement.missing
     rare = judgement.sampled_too_rarely
     weak = reference.contact.size - missing - judged - rare
@@ -461,8 +477,7 @@ def _facts_of_peaks(judgement: Judgement, judged: int, failed: int) -> list[tupl
     if judgement.sampling_error is not None:
         said = f"{judgement.sampling_error:.1e}, which adds to the tolerance"
         facts.append(("error of sampling, at most", said))
-    if judgement.expected is not None:
-        expected = judgement.expected
+    if (expected := judgement.expected) is not None:
         off = (
             f"{expected.interpolated:.1e} off; {expected.sampled:.1e} if only samples are compared"
         )
@@ -470,7 +485,7 @@ def _facts_of_peaks(judgement: Judgement, judged: int, failed: int) -> list[tupl
     return facts
 
 
-def given_peaks(
+def _given_peaks(
     native: Result,
     what: str,
     label: str,
@@ -479,24 +494,26 @@ def given_peaks(
     words: Sequence[str],
 ) -> Peaks:
     """Return given peaks next to those of the reference, with a word on each contact."""
-
-    def row(k: int) -> list[str]:
-        is_known = np.isfinite(given[k]) and reference[k] > 0
-        off = f"{given[k] / reference[k] - 1:+.1e}" if is_known else ""
-        name = native.scene.contact_label(native.scene.contacts[k])
-        return [name, number(given[k], 9), number(reference[k], 9), off, words[k]]
-
+    off = given / np.where(reference > 0, reference, np.nan) - 1
     failed = [k for k, word in enumerate(words) if word == "FAIL"]
-    off = np.nan_to_num(given / np.where(reference > 0, reference, np.nan) - 1, nan=np.inf)
-    most = 0.99 * max(np.abs(off[failed]), default=0.0)  # as two digits show it
-    worst = [k for k in failed if abs(off[k]) >= most][:1]
-    # Most failed contacts outside the transition on a terminal
+    sizes = np.abs(np.nan_to_num(off, nan=np.inf))
+    most = 0.99 * max(sizes[failed], default=0.0)  # as two digits show it
+    worst = [k for k in failed if sizes[k] >= most][:1]
     return Peaks(
         f"{what}, and by the reference method",
-        [("contact", ""), (label, "[N]"), ("native", "[N]"), ("difference", ""), ("", "")],
-        row,
-        sorted({*range(len(shown_contacts(native))), *failed[:10], *worst}),
+        [
+            _contact(native),
+            (label, "[N]", lambda k: number(given[k], 9)),
+            ("native", "[N]", lambda k: number(reference[k], 9)),
+            ("difference", "", lambda k: f"{off[k]:+.1e}" if np.isfinite(off[k]) else ""),
+            ("", "", lambda k: words[k]),
+        ],
+        # Ten failed contacts outside the transition, and the worst, fit on a terminal (chosen).
+        sorted({*_shown(native), *failed[:10], *worst}),
     )
+
+
+# Examinations
 
 
 def of_examination(examination: DeckExamination) -> Document:
@@ -516,10 +533,11 @@ def of_examination(examination: DeckExamination) -> Document:
         )
     peaks = examination.checks[-1]
     right, outcome = compared - 1 - len(to_correct), "passed" if peaks.passed else "failed"
-    off = _share(peaks.effect)
+    off = "not known"
     if peaks.effect is None:
         sentence += " None of its peaks can be judged."
     else:
+        off = f"{peaks.effect:.1e}" if math.isfinite(peaks.effect) else "infinitely much"
         sentence += f" Its peaks are off by {off} at most, {tolerance:g} is allowed."
     dt = max((run.dt for run in deck.runs), default=0.0)
     return Document(
@@ -557,13 +575,6 @@ def of_examination(examination: DeckExamination) -> Document:
     )  # fmt: skip
 
 
-def _share(effect: float | None) -> str:
-    """Return words for a relative change of peaks."""
-    if effect is None:
-        return "not known"
-    return f"{effect:.1e}" if math.isfinite(effect) else "infinitely much"
-
-
 def _advice(check: DeckCheck) -> str:
     """Return advice on a check that failed."""
     if check.place is None:
@@ -573,19 +584,16 @@ def _advice(check: DeckCheck) -> str:
     return f"{check.place}, instead of “{check.place.written}”: {check.command}"
 
 
-def _effect(check: DeckCheck) -> str:
-    """Effect of a check's difference on the peaks, in words; empty where it is not known."""
-    if check.effect is None:
-        return ""
-    if not math.isfinite(check.effect):
-        return "no bound of its effect on the peaks"
-    # Relative change of peaks that is round-off (chosen)
-    return "changes no peak" if check.effect < 1e-9 else f"changes peaks by {check.effect:.1e}"
-
-
 def _with_effect(check: DeckCheck) -> str:
-    """The difference and its effect on the peaks, which sets the order, in words."""
-    return f"{check.sentence} ({_effect(check)})" if _effect(check) else check.sentence
+    """Return the difference and its effect on the peaks, which sets the order, in words."""
+    if check.effect is None:
+        return check.sentence
+    said = f"changes peaks by {check.effect:.1e}"
+    if not math.isfinite(check.effect):
+        said = "no bound of its effect on the peaks"
+    elif check.effect < 1e-9:  # round-off of the peaks (chosen)
+        said = "changes no peak"
+    return f"{check.sentence} ({said})"
 
 
 def _findings(examination: DeckExamination) -> list[Finding]:
@@ -617,7 +625,7 @@ def _examined_peaks(examination: DeckExamination) -> Peaks:
     passed = np.abs(given / pressed - 1) <= examination.tolerance
     words = np.where(judged, np.where(passed, "pass", "FAIL"), "not judged").tolist()
     what = "Peak force of each contact [N]: of the deck"
-    return given_peaks(native, what, LABELS["lammps"], given, native.peak_force, words)
+    return _given_peaks(native, what, LABELS["lammps"], given, native.peak_force, words)
 
 
 def _remarks(examination: DeckExamination) -> list[str]:
@@ -630,6 +638,9 @@ def _remarks(examination: DeckExamination) -> list[str]:
         if line.text.split()[0] != "print" and "write files" not in str(line.why_not)
     ]
     return [*examination.remarks, *left]
+
+
+# Measured traces and pulses
 
 
 def _of_checked(
@@ -696,43 +707,53 @@ def _pulses_of_traces(judgement: TraceJudgement) -> Peaks:
     readings, noise = judgement.expected.readings, judgement.traces.noise
     numbers = {(value.of, value.kind.name.split()[0]): value for value in judgement.numbers}
 
-    def row(k: int) -> list[str]:
-        read, of = readings[k], readings[k].gauge.place
-        scatter = f"{noise[k] / read.force:.1e}" if read.force > 0 else ""
-        if (of, "first") not in numbers:
-            return [of, "", "", "", "", scatter]
-        height, width = numbers[of, "first"], numbers[of, "width"]
-        off = (f"{value.measured / value.simulated - 1:+.1e}" for value in (height, width))
-        return [of, number(height.measured, 6), number(height.simulated, 6), *off, scatter]
+    def value(key: str, attribute: str, k: int) -> str:
+        of = readings[k].gauge.place, key
+        if of not in numbers:
+            return ""
+        measured, simulated = numbers[of].measured, numbers[of].simulated
+        if attribute == "off":
+            return f"{measured / simulated - 1:+.1e}"
+        return number(getattr(numbers[of], attribute), 6)
+
+    def scatter(k: int) -> str:
+        return f"{noise[k] / readings[k].force:.1e}" if readings[k].force > 0 else ""
 
     return Peaks(
         "First pulse of each gauge [N]: as measured, and by the reference method",
         [
-            ("gauge", ""), ("measured", "[N]"), ("native", "[N]"), ("height", ""), ("width", ""),
-            ("noise", ""),
+            ("gauge", "", lambda k: readings[k].gauge.place),
+            ("measured", "[N]", partial(value, "first", "measured")),
+            ("native", "[N]", partial(value, "first", "simulated")),
+            ("height", "", partial(value, "first", "off")),
+            ("width", "", partial(value, "width", "off")),
+            ("noise", "", scatter),
         ],
-        row,
         range(len(readings)),
         of_contacts=False,
-    )  # fmt: skip
+    )
 
 
 def of_trains(judgement: TrainJudgement) -> Document:
     """Return the document of a judgement of measured pulses."""
     forces = [check for check in judgement.checks if check.kind.name.startswith("force")]
 
-    def row(k: int) -> list[str]:
-        check = forces[k]
-        place = f"{check.engine}, {check.kind.name.removeprefix('force of ').removesuffix(' [N]')}"
-        if check.measured is None or check.expected is None:
-            return [place, "", "", ""]
-        off = f"{check.measured / check.expected - 1:+.1e}"
-        return [place, number(check.measured, 6), number(check.expected, 6), off]
+    def place(k: int) -> str:
+        name = forces[k].kind.name.removeprefix("force of ").removesuffix(" [N]")
+        return f"{forces[k].engine}, {name}"
+
+    def off(k: int) -> str:
+        measured, expected = forces[k].measured, forces[k].expected
+        return "" if measured is None or expected is None else f"{measured / expected - 1:+.1e}"
 
     peaks = Peaks(
         "Dynamic force of each pulse [N]: as measured, and by the reference method",
-        [("pulse", ""), ("measured", "[N]"), ("native", "[N]"), ("difference", "")],
-        row,
+        [
+            ("pulse", "", place),
+            ("measured", "[N]", lambda k: number(forces[k].measured, 6)),
+            ("native", "[N]", lambda k: number(forces[k].expected, 6)),
+            ("difference", "", off),
+        ],
         range(len(forces)),
         of_contacts=False,
     )
@@ -740,6 +761,8 @@ def of_trains(judgement: TrainJudgement) -> Document:
     facts = [("tolerance", within)]
     return _of_checked(judgement, "Judgement of measured pulses", within, peaks, facts=facts)
 
+
+# Cards
 
 _MOST_VALUE_CHARS = 160  # characters of a value; sentences may be longer
 
@@ -761,23 +784,6 @@ def card(title: str, facts: Sequence[tuple[str, str]]) -> str:
 def card_of(shown: Any) -> str:
     """A scene or a batch in a few lines."""
     return _of_scene(shown) if isinstance(shown, Scene) else _of_batch(shown)
-
-
-def document_of(shown: object) -> Document:
-    """The document of a result, a comparison, a judgement or an examination of a deck."""
-    if isinstance(shown, Result):
-        return of_result(shown)
-    makers: Mapping[str, Callable[[Any], Document]] = {
-        "Comparison": of_comparison,
-        "Judgement": of_judgement,
-        "DeckExamination": of_examination,
-        "TraceJudgement": of_traces,
-        "TrainJudgement": of_trains,
-    }
-    return makers[type(shown).__name__](shown)
-
-
-# Cards
 
 
 def _of_scene(scene: Scene) -> str:

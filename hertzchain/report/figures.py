@@ -11,15 +11,27 @@ import numpy as np
 from hertzchain.arrays import FloatArray
 from hertzchain.errors import require
 from hertzchain.observables.result import Result
+from hertzchain.pulses.pulse import MeasuredPulse
+from hertzchain.pulses.spectrum import WINDOW, Spectrum
 from hertzchain.report import style
+from hertzchain.report.console import place_of, with_deviation
 from hertzchain.report.document import Document, describe
-from hertzchain.report.files import drawn_contacts, recorded, while_moving, with_peak
-from hertzchain.report.picture import SMALL, at_whole_numbers, in_units, legend_above
+from hertzchain.report.files import recorded
+from hertzchain.report.picture import (
+    SMALL,
+    Picture,
+    at_whole_numbers,
+    check_size,
+    in_units,
+    legend_above,
+    legend_look,
+)
+from hertzchain.scene.chain import force_scale
+from hertzchain.scene.scene import Scene
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from hertzchain.report.picture import Picture
     from hertzchain.verdict.tradeoff import Tradeoff
 
 
@@ -269,8 +281,6 @@ def plot(
     size
         Width and height [inches]: a column of a paper is 3.4 wide, a page 7.
     """
-    from hertzchain.report.picture import Picture, in_units, legend_above
-
     require(draw in _KINDS, "draw", draw, f"must be one of {', '.join(_KINDS)}")
     is_named = isinstance(results, Mapping) and len(results) > 0
     require(is_named, "results", None, "must be results by name: {'steel': result}")
@@ -401,8 +411,6 @@ def figure_of(document: Document, size: tuple[float, float] | None = None) -> Pi
 
     A picture of a ``size`` [inches] has as many panels as have room.
     """
-    from hertzchain.report.picture import Picture, check_size
-
     shown = panels_of(document)
     if size is not None:
         check_size(size)
@@ -428,8 +436,6 @@ def plot_tradeoff(
 ) -> Picture:
     """Draw error against wall time, a line for each contender, and the frontier."""
     from matplotlib import colormaps
-
-    from hertzchain.report.picture import Picture, in_units, legend_look
 
     floor, title = tradeoff.truth_error, title or describe(tradeoff.scene)
     figure = Picture(size or (10.5, 6.5), f"What accuracy costs: {title}")
@@ -469,3 +475,111 @@ def plot_tradeoff(
     else:
         figure.legend(loc="outside right center", fontsize="x-small", frameon=False)
     return figure
+
+
+def plot_pulse(pulse: MeasuredPulse, size: tuple[float, float] | None = None) -> Picture:
+    """Draw the recording, its baseline and the rows.
+
+    Below is the difference of the samples from the rows.
+    """
+    signal, table = pulse.signal, pulse.table
+    force, impulse = with_deviation(pulse.peak_force, "N"), with_deviation(pulse.impulse, "N s")
+    figure = Picture(size or (8, 7), f"F0 = {force}, impulse = {impulse}")
+    above, below = figure.subplots(2, 1, sharex=True, height_ratios=(3, 1.4))
+    time = pulse.recording.time - signal.start
+    label = f"recording, {time.size:,} samples"
+    raw = {"color": "0.6", "linewidth": 0.6, "marker": ".", "markersize": 1.5}
+    above.plot(time, pulse.recording.force, **raw, label=label)
+    above.axhline(signal.baseline, color="#D55E00", linewidth=0.9, linestyle="--", label="baseline")
+    rows = {"color": style.COLOURS["native"], "marker": "o", "markersize": 3.5, "linewidth": 1.3}
+    corners = np.array(table.time)
+    label = f"pulse, {corners.size} rows"
+    above.plot(corners, np.array(table.force) + signal.baseline, **rows, label=label)
+    off = signal.force - np.interp(signal.time, table.time, table.force)
+    below.plot(signal.time, off, color="0.45", linewidth=0.6, label="samples less rows")
+    for factor in (-1, 1):
+        level = factor * signal.noise.deviation
+        name = "noise, standard deviation" if factor > 0 else "_"  # not in the legend
+        below.axhline(level, color="#D55E00", linewidth=0.9, linestyle=":", label=name)
+    duration = corners[-1]
+    above.set_xlim(max(time[0], -0.3 * duration), min(time[-1], 1.3 * duration))
+    in_units(above.yaxis, "force, with the baseline [N]")
+    in_units(below.xaxis, "time since the start of the pulse [s]")
+    in_units(below.yaxis, "difference [N]")
+    for axes in (above, below):
+        legend_above(axes)
+        axes.grid(alpha=0.25)
+    return figure
+
+
+_LEAST_AMPLITUDE_RATIO = 1e-5  # least amplitude that is drawn, over the largest; chosen
+_DRAWN_OVER_EDGE = 1.5  # end of the drawn frequencies over the highest band edge; chosen
+
+
+def plot_spectrum(spectrum: Spectrum, size: tuple[float, float] | None = None) -> Picture:
+    """Draw the amplitude of each bin on a logarithmic axis, with the band edges."""
+    figure = Picture(size or (7.0, 4.5))
+    axes = figure.subplots()
+    frequency, amplitude = spectrum.frequency[1:], spectrum.amplitude[1:]
+    label = f"{place_of(spectrum)}, {WINDOW.title()} window"
+    axes.semilogy(frequency, amplitude, color=style.COLOURS["native"], linewidth=0.8, label=label)
+    for k, edge in enumerate(spectrum.edges):
+        axes.axvline(
+            edge.frequency, color=style.distinct(k + 1), linewidth=1.0,
+            linestyle=("--", ":", "-.")[k], label=edge.name,
+        )  # fmt: skip
+    largest = float(amplitude.max())
+    shown = frequency[amplitude > _LEAST_AMPLITUDE_RATIO * largest]
+    ends = [_DRAWN_OVER_EDGE * edge.frequency for edge in spectrum.edges]
+    axes.set_xlim(0, max(ends, default=float(shown[-1])))
+    axes.set_ylim(_LEAST_AMPLITUDE_RATIO * largest, 2 * largest)
+    in_units(axes.xaxis, "frequency [Hz]")
+    axes.set_ylabel("amplitude [N]")
+    axes.grid(alpha=0.25)
+    legend_above(axes)
+    return figure
+
+
+def plot_times(scene: Scene) -> FloatArray:
+    """Equally spaced times at which to record a run so that its wave can be drawn [s]."""
+    # A wave's time goes as its force to the power -1/6.
+    wave_time = float(scene.units.time * force_scale(scene.momentum_ratio) ** (-1 / 6))
+    # In the wave's units of time: at 0.4 a map shows 95 % of each peak; with a thousand times a
+    # curve across a page has no visible corners (chosen).
+    wanted = max(int(np.ceil(scene.end_time / (0.2 * wave_time))) + 1, 1000)
+    # Times and granules recorded at once: 100 MB for each simulation
+    count = max(2, min(wanted, 4_000_000 // scene.chain.granules))
+    return np.linspace(0.0, scene.end_time, count)
+
+
+def drawn_contacts(result: Result, most: int) -> list[int]:
+    """Return numbers of contacts to draw, closer together near the shock."""
+    time = recorded(result).time
+    pressed = result.contact[(result.peak_time > time[0]) & (result.peak_time < time[-1])]
+    if pressed.size <= most:  # the first contacts, if the wave has passed none
+        return [int(contact) for contact in pressed] or [2]
+    wanted = np.geomspace(pressed[0], pressed[-1], most)
+    nearest = np.argmin(np.abs(np.log(pressed[:, None] / wanted)), axis=0)
+    return [int(contact) for contact in np.unique(pressed[nearest])]
+
+
+def with_peak(result: Result, contact: int) -> tuple[FloatArray, FloatArray]:
+    """Times [s] and contact forces [N] of a contact, with its peak if it lies between them."""
+    time, force = recorded(result).time, result.force_at(contact)
+    peak_time = result.peak_time[result.scene.contacts.index(contact)]
+    if not time[0] < peak_time < time[-1] or peak_time in time:
+        return time, force
+    at = int(np.searchsorted(time, peak_time))
+    return np.insert(time, at, peak_time), np.insert(force, at, result.peak_at(contact))
+
+
+def while_moving(time: FloatArray, off: FloatArray) -> tuple[float, float]:
+    """Return start and end of changing forces [s], by their change at each time, with room."""
+    # Change of a force over the largest that is too small to be visible; room before and after the
+    # motion, over its duration (both chosen)
+    at = np.flatnonzero(off > 0.01 * np.max(off))
+    if not at.size:
+        return float(time[0]), float(time[-1])
+    begin, end = time[max(at[0] - 1, 0)], time[min(at[-1] + 1, time.size - 1)]
+    room = 0.03 * (end - begin)
+    return float(max(begin - room, time[0])), float(min(end + room, time[-1]))

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from datetime import UTC, datetime
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -14,9 +12,6 @@ from hertzchain.report.document import Document, Table, describe, difference
 from hertzchain.report.files import check_format
 
 if TYPE_CHECKING:
-    from markupsafe import Markup
-
-    from hertzchain.report.picture import Picture
     from hertzchain.verdict.check import Check
 
 _MOST_ROWS = 200  # most rows of a table; all further numbers are in the page's JSON
@@ -35,7 +30,7 @@ def _check_row(check: Check) -> list[str]:
 def _peak_table(document: Document) -> Table:
     """Return the table of peaks, of the first contacts in a long chain."""
     peaks, size = document.peaks, document.native.contact.size
-    header = [f"{label} {unit}".strip() for label, unit in peaks.columns]
+    header = [f"{label} {unit}".strip() for label, unit, _ in peaks.columns]
     if not peaks.of_contacts:
         return Table("Peak forces", peaks.heading, header, [peaks.row(k) for k in peaks.shown])
     rows = [peaks.row(k) for k in range(min(size, _MOST_ROWS))]
@@ -69,6 +64,7 @@ def page_of(document: Document, file: str = "scene.toml", given: str = "") -> st
     from importlib.metadata import version
 
     from jinja2 import Environment, FileSystemLoader, StrictUndefined
+    from markupsafe import Markup
 
     from hertzchain.report.figures import figure_of
 
@@ -86,14 +82,19 @@ def page_of(document: Document, file: str = "scene.toml", given: str = "") -> st
     versions: dict[str, str] = {}
     for result in document.results.values():
         versions |= result.numbers()["provenance"]
-    return environment.get_template("verdict.html.jinja").render(
+    return environment.get_template("page.html.jinja").render(
         kind=document.kind,
         title=describe(native.scene),
         file=file,
         given=given,
         verdict=document.verdict,
-        it=document,
-        pictures=pictures(partial(figure_of, document)),
+        picture=Markup(figure_of(document).inline()),  # noqa: S704 - made here
+        label=(
+            "Measured forces over time, on those of the reference."
+            if document.overlays
+            else "Peak force of each contact along the chain; the numbers are in the table of peak"
+            " forces."
+        ),
         caption=_caption(document),
         tables=_tables(document),
         texts=[(path.name, text) for path, text in reversed(texts.items())],
@@ -103,17 +104,6 @@ def page_of(document: Document, file: str = "scene.toml", given: str = "") -> st
         version=version("hertzchain"),
         date=f"{datetime.now(UTC):%Y-%m-%d %H:%M} UTC",
     )
-
-
-def pictures(draw: Callable[..., Picture]) -> list[Markup]:
-    """Return a figure as SVG for a wide and a narrow window; ``draw`` takes its size [inches]."""
-    from markupsafe import Markup
-
-    wide = draw()
-    # Width of the figure there; its height over the wide one
-    narrow = draw(size=(3.8, wide.get_figheight() * 0.9))
-    shown = {"wide": wide, "narrow": narrow}
-    return [Markup(figure.inline(name)) for name, figure in shown.items()]  # noqa: S704
 
 
 def _caption(document: Document) -> str:

@@ -14,7 +14,8 @@ if TYPE_CHECKING:
 FORMULAS = ("eq6", "eq9")  # formulas with peaks: fields of ``verdict.check.Formulas``
 GIVEN = "given"  # given peaks, which belong to no engine
 
-# Label, colour and marker. Okabe and Ito's colours; Tol's wine for what is given.
+# Label, colour and marker of each line of a plot; those of an engine stand in its entry of the
+# registry. Okabe and Ito's colours; Tol's wine for what is given.
 _LOOKS = {
     **{engine.name: (engine.label, engine.colour, engine.marker) for engine in ENGINES.values()},
     "eq6": ("Eq. 6", "#D55E00", "s"),

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import re
 import sys
-import tomllib
 from importlib.metadata import version
 from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
 
-from hertzchain.cli.doctor import PACKAGES
 from hertzchain.scene.starters import STARTERS, title_of
 from tests.cli.short_chain import GET_IT, scene_file
 from tests.command_line import Command, is_refused
@@ -79,13 +77,6 @@ def test_doctor_finds_everything_here(hertzchain: Command) -> None:
     others = ("--    LAMMPS /", "--    LIGGGHTS", "--    Yade")
     lines = [line for line in outcome.out.splitlines() if not line.startswith(others)]
     assert all(line.startswith("ok ") for line in lines)
-
-
-def test_the_doctor_knows_every_package_that_is_needed() -> None:
-    with (ROOT / "pyproject.toml").open("rb") as file:
-        needed = tomllib.load(file)["project"]["dependencies"]
-    listed = {re.split(r"[^\w-]", package)[0] for package in needed} - {"lammps"}
-    assert set(PACKAGES) == listed | {"hertzchain"}
 
 
 # Decks that are examined

@@ -43,7 +43,7 @@ run scene.toml --ranks 2 => --ranks is for --backend lammps: add that, or leave 
 run scene.toml --backend lammps --lmp /no/lmp => /no/lmp is missing or not a program
 compare scene.toml --ranks 2 => ranks = 2: the lammps module runs on one process: name also a LAMMPS binary
 compare scene.toml --ranks 0 => ranks = 0: must be at least 1
-run scene.toml --record 1 -o a.csv => --record = 1: must be at least 2
+run scene.toml --record 1 -o a.csv => record = 1: must be from 2 to
 compare scene.toml --time-limit nan => --time-limit = 'nan': must be a finite number above
 compare scene.toml --plot plot.xyz => plot.xyz; png; svg
 compare scene.toml --backend native --junit scene.toml => name
@@ -114,6 +114,16 @@ init scene.toml/mine.toml => cannot be written
 init new.csv --from pulse-table => new.csv: is the name of the pulse table; new.toml
 init . => is a directory, must be the name of a file
 init scene.toml => scene.toml: exists; delete it
+deck scene.toml -o peaks.csv => peaks.csv: exists; name another file, or delete it
+unit-test scene.toml -o peaks.csv => peaks.csv: exists
+fit scene.toml peaks.csv --free shock.peak_force -o steel.toml => steel.toml: exists
+examine steel.toml in.steel_plain --fix peaks.csv => peaks.csv: exists
+run => missing argument 'SCENE'
+frob => no such command 'frob'
+run scene.toml --frob => no such option: --frob
+run scene.toml --rtol abc => --rtol abc: must be a number
+run scene.toml --ranks 1.5 => --ranks 1.5: must be an integer
+run scene.toml --backend abaqus => --backend abaqus; is not one of 'native', 'lammps'
 """  # noqa: E501 - a line is a case
 """Commands, and what their sentence has. ``scene.toml`` has six granules and a pulse."""
 

@@ -18,7 +18,7 @@ import pytest
 import hertzchain as hc
 from hertzchain.errors import SceneError
 from hertzchain.known.certificate import CASES, ROUND_OFF, UNSUPPORTED, UNTESTED, WRONG, certify
-from hertzchain.report.console import suite
+from hertzchain.report.junit import of_certificate
 from tests.command_line import Command
 from tests.oracles.json_schema import problems
 
@@ -187,7 +187,9 @@ def test_a_program_that_is_missing_or_crashes(tmp_path: Path) -> None:
     certificates = missing, crashing, stopped
     grades = [(report.rows[0].grade, report.status) for report in certificates]
     assert grades == [(UNTESTED, 2), (WRONG, 1), (UNTESTED, 2)]
-    problems = [suite(report, datetime.now(UTC)).cases[0].problem for report in certificates]
+    problems = [
+        of_certificate(report, datetime.now(UTC)).cases[0].problem for report in certificates
+    ]
     assert problems == ["error", "failure", "error"]
 
 

@@ -20,8 +20,8 @@ from hertzchain.pulses.pulse import (
     pulse_of,
 )
 from hertzchain.pulses.recording import Noise, Recording
-from hertzchain.report.console import plain_text
-from hertzchain.report.signals import _with_deviation, plot_pulse, print_pulse
+from hertzchain.report.console import plain_text, print_pulse, with_deviation
+from hertzchain.report.figures import plot_pulse
 from hertzchain.scene.shocks import PulseTable, profile_named
 from hertzchain.scene.starters import write_starter
 from tests.conftest import STEEL
@@ -204,8 +204,10 @@ def test_what_is_printed_and_drawn_of_a_pulse() -> None:
         "± is one standard deviation, of noise, baseline and the lines between rows.",
     ]
     assert shown.to_dict()["duration_s"] == 6e-5
-    above, below = plot_pulse(shown).axes
+    late = replace(shown, signal=replace(signal, start=1e-5))
+    above, below = plot_pulse(late).axes
     np.testing.assert_array_equal(above.lines[0].get_ydata(), pulse.recording.force)
+    np.testing.assert_array_equal(above.lines[0].get_xdata(), pulse.recording.time - 1e-5)
     rows = above.lines[-1].get_ydata()
     assert rows == pytest.approx(signal.baseline + np.array(table.force))
     assert below.lines[0].get_ydata()[0] == signal.force[0]
@@ -225,4 +227,4 @@ def test_what_is_printed_and_drawn_of_a_pulse() -> None:
 def test_digits_up_to_the_second_of_the_deviation(
     value: float, deviation: float, shown: str
 ) -> None:
-    assert _with_deviation(Value(value, deviation), "N") == shown
+    assert with_deviation(Value(value, deviation), "N") == shown

@@ -14,8 +14,7 @@ from matplotlib.figure import Figure
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
 from hertzchain.report.contents import of_comparison
-from hertzchain.report.figures import figure_of
-from hertzchain.report.files import plot_times
+from hertzchain.report.figures import figure_of, plot_times
 from hertzchain.verdict.check import Check, Kind
 from tests.conftest import paper_scene
 

@@ -25,8 +25,8 @@ from hertzchain.report.console import (
     print_prose,
     print_tradeoff,
 )
-from hertzchain.report.contents import of_comparison, of_judgement, of_result
-from hertzchain.report.document import Document, describe, known_digits, similar_scene
+from hertzchain.report.contents import of_comparison, of_judgement, of_result, similar_scene
+from hertzchain.report.document import Document, describe, known_digits
 from hertzchain.report.figures import plot_tradeoff
 from hertzchain.verdict.check import Check, Kind
 from hertzchain.verdict.tradeoff import Row, Tradeoff
@@ -146,6 +146,8 @@ def test_columns_and_facts_have_their_numbers_and_units() -> None:
         numbers = re.fullmatch(pattern, line_of(text, label))
         assert numbers is not None, label
         assert [*map(float, numbers.groups())] == pytest.approx(values, rel=0.05), label
+    width = known_digits(gauge.width, gauge.width_error / gauge.width)  # no digit that is not known
+    assert f"width {width} s" in line_of(text, "gauge, contact 9")
 
 
 def test_scenes_without_a_modulus_or_a_second_granule_are_said_in_their_words() -> None:

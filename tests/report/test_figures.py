@@ -16,8 +16,8 @@ from matplotlib.figure import Figure
 import hertzchain as hc
 from hertzchain.report.contents import of_result
 from hertzchain.report.document import describe
-from hertzchain.report.figures import figure_of
-from hertzchain.report.files import drawn_contacts, motion_frame, plot_times, write_frame
+from hertzchain.report.figures import drawn_contacts, figure_of, plot_times
+from hertzchain.report.files import motion_frame, write_frame
 from hertzchain.report.style import force_limits
 from tests.conftest import paper_scene
 from tests.places import ROOT

@@ -16,7 +16,8 @@ from markupsafe import escape
 import hertzchain as hc
 from hertzchain.report.console import plain_text, print_document, printed
 from hertzchain.report.contents import document_of
-from hertzchain.report.document import Document, Finding, to_xml
+from hertzchain.report.document import Document, Finding
+from hertzchain.report.junit import of_document, to_xml
 from hertzchain.report.page import page_of
 from hertzchain.verdict.check import NOT_RUN, Check, Kind, unmeasured
 from tests.conftest import paper_scene
@@ -118,6 +119,8 @@ def test_text(shown: Shown) -> None:
         assert " ".join(value.split()) in words
     if passes is not None:
         assert bool(what) is passes
+    if document.command in ("judge", "examine") and passes:
+        assert "FAIL" not in {document.peaks.row(k)[-1] for k in document.peaks.shown}
 
 
 def test_lines_of_a_deck_are_whole_to_be_copied() -> None:
@@ -141,7 +144,7 @@ def test_lines_of_a_deck_are_whole_to_be_copied() -> None:
 def test_page(shown: Shown, monkeypatch: pytest.MonkeyPatch) -> None:
     """The verdict, each check, all numbers of the JSON; names are escaped, nothing is loaded."""
     _, document, passes = shown
-    monkeypatch.setattr("hertzchain.report.page.pictures", lambda draw: [str(bool(draw()))])
+    monkeypatch.setattr("hertzchain.report.picture.Picture.inline", lambda _: "drawn")
     page = page_of(document, HOSTILE, HOSTILE)
     assert "<script>alert" not in page
     read = Reader(page)
@@ -182,7 +185,7 @@ def test_junit(shown: Shown) -> None:
     _, document, passes = shown
     if passes is None:
         return
-    suite = document.suite("my.scene", datetime.now(UTC), 1.0)
+    suite = of_document(document, "my.scene", datetime.now(UTC), 1.0)
     (root,) = checked(to_xml([suite]))
     assert root.attrib["name"] == f"hertzchain.{document.command}.my_scene"
     problems = {case.attrib["name"]: case[0].tag if len(case) else None for case in root}

@@ -6,7 +6,7 @@ import re
 from datetime import UTC, datetime
 from xml.etree import ElementTree
 
-from hertzchain.report.document import Case, Suite, case_of, to_xml
+from hertzchain.report.junit import Case, Suite, case_of, to_xml
 from hertzchain.verdict.check import Check, Kind
 
 BEGUN = datetime(2026, 11, 21, 14, 46, 44, tzinfo=UTC)
@@ -111,6 +111,3 @@ def test_hostile_text_goes_through() -> None:
     assert case.attrib["name"] == case[0].attrib["message"] == clean
     # In text XML takes a carriage return for a line's end.
     assert case[0].text == clean.replace("\r\n", "\n")
-
-
-# The commands

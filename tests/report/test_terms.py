@@ -17,7 +17,7 @@ from ase.io import read
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
 from hertzchain.errors import OutputError, SceneError
-from hertzchain.report.files import frame_times, motion_frame, write_result
+from hertzchain.report.files import motion_frame, write_result
 from tests.command_line import Command
 from tests.conftest import paper_scene
 
@@ -26,7 +26,7 @@ HALF_A_DIGIT = 5.001e-9
 
 
 def recorded(scene: hc.Scene, frames: int) -> hc.Result:
-    return hc.Native().run(scene, record=frame_times(scene, frames))
+    return hc.Native().run(scene, record=frames)
 
 
 def arrays_of(frames: list[Atoms]) -> dict[str, FloatArray]:
