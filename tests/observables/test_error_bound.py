@@ -188,7 +188,7 @@ def test_steps_of_the_second_run(
 
 @pytest.mark.parametrize(
     ("step", "rising", "safety"),
-    [(0.15, False, 1.5), (0.151, False, 6.0), (0.5, True, 6.0), (0.501, True, 15.0)],
+    [(0.15, False, 1.5), (0.151, False, 6.0), (0.5, True, 6.0), (0.501, True, 8.0)],
 )
 def test_long_steps_and_contacts_that_rise_need_more_safety(
     step: float, rising: bool, safety: float
