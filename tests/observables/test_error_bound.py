@@ -99,20 +99,22 @@ def test_an_error_of_1_leaves_no_digit() -> None:
 
 @pytest.mark.parametrize("wanted", [1e-5, 1e-6, 3e-8])
 @pytest.mark.parametrize("coefficient", [0.4, -0.4])
-def test_step_gives_the_wanted_error_where_errors_are_quadratic(
-    wanted: float, coefficient: float
+@pytest.mark.parametrize(("order", "share"), [(2, 0.9), (1, 0.7)])
+def test_step_gives_the_wanted_error_where_errors_are_powers_of_it(
+    order: int, share: float, coefficient: float, wanted: float
 ) -> None:
     asked: list[float] = []
 
     def peaks_at(step: float) -> FloatArray:
         asked.append(step)
-        return np.array([1.0, 2.0 * (1.0 + coefficient * step**2), 0.5])
+        return np.array([1.0, 2.0 * (1.0 + coefficient * step**order), 0.5])
 
-    step = step_for(peaks_at, 0.04, wanted, SAFETIES["smooth"])
-    assert asked == [0.04, 0.02]
-    # The bound, 1.5 times the error, is to be 0.9 of what is wanted; the difference of the two
+    pilot = 0.04 if order == 2 else 1e-4
+    step = step_for(peaks_at, pilot, wanted, SAFETIES["smooth"], order)
+    assert asked == [pilot, pilot / 2]
+    # The bound, 1.5 times the error, is to be a share of what is wanted; the difference of the two
     # trials is relative to the second, which is itself off by 2e-4.
-    assert 1.5 * 0.4 * step**2 == pytest.approx(0.9 * wanted, rel=3e-4, abs=0)
+    assert 1.5 * 0.4 * step**order == pytest.approx(share * wanted, rel=3e-4, abs=0)
 
 
 # Bounds of whole runs
