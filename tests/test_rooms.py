@@ -28,7 +28,7 @@ LEVELS = (
     ("known", "verdict"),
     ("report",),
     ("sweeps",),
-    ("fits", "uncertainty"),
+    ("lab",),
     ("cli", "pytest_plugin"),
     ("__main__",),
 )
@@ -39,7 +39,7 @@ level may.
 ENGINES = LEVELS[5]
 """They never import one another: their independence is what a comparison is worth."""
 
-THE_SAME_END = ("hertzchain.engines.external.engine", "hertzchain.engines.native.duration")
+THE_SAME_END = ("hertzchain.engines.external.engine", "hertzchain.engines.native.backend")
 """The one import between engines: a default end that quick runs find is that of every engine."""
 
 SHOWN = "hertzchain.shown"

@@ -21,7 +21,7 @@ import pandas
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.native.as_written import judging_peaks
-from hertzchain.engines.native.duration import with_end
+from hertzchain.engines.native.backend import with_end
 from hertzchain.engines.native.plan import METHODS
 from hertzchain.limits import Deadline
 from hertzchain.observables.error_bound import (

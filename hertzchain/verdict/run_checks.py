@@ -10,9 +10,8 @@ import numpy as np
 
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.external.accuracy import DAMPED_READINGS
-from hertzchain.engines.native.damped_verlet import simulate_damped_verlet
+from hertzchain.engines.native.backend import by_velocity_verlet
 from hertzchain.engines.native.plan import METHODS
-from hertzchain.engines.native.simulation import Simulation, simulate
 from hertzchain.errors import RunFailed
 from hertzchain.limits import TIME_LIMIT, Deadline
 from hertzchain.observables.error_bound import highest_rate
@@ -204,10 +203,10 @@ def same_steps_checks(result: Result, time_limit: float = TIME_LIMIT) -> list[Ch
     scene, units, damped = result.scene, result.scene.units, result.scene.contact is not None
     is_extrapolated = result.method.endswith("extrapolated")
     legs, deadline = _legs(result, is_extrapolated), Deadline(time_limit)
-    twin = _verlet(scene, legs, deadline)
+    twin = by_velocity_verlet(scene, legs, deadline)
     expected = np.asarray(twin.peaks.force)
     if is_extrapolated:
-        coarse = _verlet(scene, [leg.in_steps(leg.steps // 2) for leg in legs], deadline)
+        coarse = by_velocity_verlet(scene, [leg.in_steps(leg.steps // 2) for leg in legs], deadline)
         expected = expected + (expected - coarse.peaks.force) / (1 if damped else 3)  # 2^order - 1
     step = result.dt / scene.contact_time
     lost = result.lost_digits.bound if result.lost_digits is not None else 0.0
@@ -280,15 +279,6 @@ def _legs(result: Result, is_extrapolated: bool) -> Sequence[Leg]:
     return scene.schedule(result.dt)
 
 
-def _verlet(
-    scene: Scene, legs: Sequence[Leg], deadline: Deadline, start: FloatArray | None = None
-) -> Simulation:
-    """Run native velocity Verlet; with ``start`` all granules move from the first step on."""
-    if scene.contact is not None:
-        return simulate_damped_verlet(scene, legs, deadline, start=start)
-    return simulate(scene, legs, VELOCITY_VERLET, deadline=deadline, start=start)
-
-
 def _grown(scene: Scene, legs: Sequence[Leg], nudge: float, deadline: Deadline) -> list[float]:
     """Return differences of displacement, velocity and peaks after a small one at the start.
 
@@ -300,7 +290,7 @@ def _grown(scene: Scene, legs: Sequence[Leg], nudge: float, deadline: Deadline) 
     for _ in range(3):
         start = np.zeros((2, scene.bodies))
         start[0] = nudge * rng.uniform(-1, 1, scene.bodies)
-        runs = [_verlet(scene, legs, deadline, each) for each in (start, -start)]
+        runs = [by_velocity_verlet(scene, legs, deadline, start=each) for each in (start, -start)]
         pairs = zip(
             *((run.displacement, run.velocity, run.peaks.force) for run in runs), strict=True
         )

@@ -15,10 +15,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps.backend import Lammps
 from hertzchain.engines.native import plan as plans
-from hertzchain.engines.native.backend import Native
+from hertzchain.engines.native.backend import Native, by_velocity_verlet, with_end
 from hertzchain.engines.native.damped_runs import first_tolerance, simulate_damped
-from hertzchain.engines.native.damped_verlet import simulate_damped_verlet
-from hertzchain.engines.native.duration import with_end
 from hertzchain.engines.native.plan import METHODS, Walker
 from hertzchain.engines.native.simulation import Simulation, simulate
 from hertzchain.engines.registry import label_of
@@ -62,7 +60,7 @@ def contenders(scene: Scene) -> tuple[Contender, ...]:
     steps["reference"] = steps["reference"][::2]
     compiled = {name: _compiled(METHODS[name].walker) for name in steps}
     if scene.contact is not None:  # LAMMPS's scheme alone
-        compiled = {"velocity-verlet": partial(_with_steps, simulate_damped_verlet)}
+        compiled = {"velocity-verlet": partial(_with_steps, by_velocity_verlet)}
     by_steps = [
         Contender(f"{name}, compiled", COMPILED, run, steps[name]) for name, run in compiled.items()
     ]
