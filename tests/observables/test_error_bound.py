@@ -24,6 +24,7 @@ from hertzchain.errors import StepUnstable, Unpredictable
 from hertzchain.observables.error_bound import (
     SAFETIES,
     ContactErrors,
+    Peaks,
     Safety,
     amplifies_errors,
     coarser_run,
@@ -32,6 +33,7 @@ from hertzchain.observables.error_bound import (
     second_order_safety,
     step_for,
 )
+from hertzchain.observables.first_pulse import FirstPulses
 from hertzchain.observables.peaks import largest_difference
 from hertzchain.observables.samples import DampedLaw
 from hertzchain.observables.watch import PeakWatch
@@ -84,6 +86,17 @@ def test_a_bound_is_the_largest_weighted_difference_times_the_safety_and_the_res
     assert floored.first == pytest.approx(0.10001 / dynamic)
     # Differences from a run that has errors itself.
     assert errors.plus(floored).peak[0] == pytest.approx(1.00451 * 1.10001 - 1)
+
+
+def test_later_peaks_have_the_differences_of_pulses_before_them() -> None:
+    """A first pulse of a quarter of its total force is off by a tenth, in the contact before."""
+    each, yes = np.ones(2), np.ones(2, bool)
+    first = FirstPulses(each, np.array([1.0, 2.0]), each / 2, each, each, 3 * each, ~yes, yes, yes)
+    run = Peaks(4 * each, first.time, yes, first)
+    other = replace(run, first=replace(first, force=np.array([1.1, 1.0])))
+    differences = run.differences(other)
+    assert differences.peak == pytest.approx([0.0, 0.1 / 4])
+    assert differences.first == pytest.approx([0.1, 0.1])
 
 
 def test_an_error_of_1_leaves_no_digit() -> None:
