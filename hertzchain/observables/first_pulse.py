@@ -31,6 +31,7 @@ WANTED = ("first", "all")
 """Choices of the forces for which the accuracy holds: first pulses, or the largest of a run."""
 
 _Mask = NDArray[np.bool_]
+_TIMES = ("time", "arrival", "width", "contact_time")
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,23 +88,14 @@ class FirstPulses:
 
     def only(self, some: _Mask) -> FirstPulses:
         """Return the pulses of some contacts, and none for all others."""
-        force, time, arrival, width, contact_time = (
-            np.where(some, values, np.nan)
-            for values in (self.force, self.time, self.arrival, self.width, self.contact_time)
-        )
-        return replace(
-            self, force=force, time=time, arrival=arrival, width=width, contact_time=contact_time,
-            is_front=self.is_front & some, is_clear=self.is_clear & some,
-            is_steady=self.is_steady & some,
-        )  # fmt: skip
+        numbers = {name: np.where(some, getattr(self, name), np.nan) for name in ("force", *_TIMES)}
+        masks = {name: getattr(self, name) & some for name in ("is_front", "is_clear", "is_steady")}
+        return replace(self, **numbers, **masks)
 
     def in_units(self, force: float, time: float) -> FirstPulses:
         """Return the same pulses with forces and times multiplied by units."""
-        return replace(
-            self, force=self.force * force, time=self.time * time, arrival=self.arrival * time,
-            width=self.width * time, contact_time=self.contact_time * time,
-            static=self.static * force,
-        )  # fmt: skip
+        times = {name: getattr(self, name) * time for name in _TIMES}
+        return replace(self, force=self.force * force, static=self.static * force, **times)
 
 
 def pulses_in(watch: Watch | None) -> FirstPulses | None:

@@ -140,10 +140,6 @@ def _place(scene: Scene, gauge: Gauge) -> tuple[str, float]:
 LEAST = 0.01
 """Least height of a pulse, over the largest dynamic force of its contact."""
 
-_DIP = 0.05
-"""Least dip of the force between two pulses, over the height of the lower one (chosen):
-ripples of a plateau are smaller."""
-
 _FRAME_TIMES = (0.05, 0.03)
 """Time units of the fastest contact between frames of the two runs (chosen). The overlap between
 frames, a polynomial of fifth degree, is off by 1e-8 where it is smooth."""
@@ -357,11 +353,14 @@ class _Signal:
     def pulses(self) -> FloatArray:
         """Return times, forces, arrivals and widths of all pulses, shape (4, pulses)."""
         places = np.array(_maxima(self.grid, self.values), np.intp)
-        low, high = (
-            self.grid[np.maximum(places - 1, 0)],
-            self.grid[(places + 1).clip(max=self.grid.size - 1)],
-        )
-        time, force = self._highest(low, high)
+        low, high = (self.grid[(places + aside).clip(0, self.grid.size - 1)] for aside in (-1, 1))
+        each, parts = np.arange(places.size), np.arange(_PARTS + 1) / _PARTS
+        for _ in range(_BRACKET_ROUNDS):
+            times = low[:, np.newaxis] + parts * (high - low)[:, np.newaxis]
+            values = self.at(times)
+            best = np.argmax(values, axis=1)
+            low, high = (times[each, (best + aside).clip(0, _PARTS)] for aside in (-1, 1))
+        time, force = times[each, best], values[each, best]
         keep = force >= max(LEAST * np.max(force, initial=0.0), self._weakest)
         time, force = time[keep], force[keep]
         arrival, over = (self._crossing(time, force / 2, ahead) for ahead in (False, True))
@@ -386,19 +385,6 @@ class _Signal:
         until = np.where(np.isnan(until), self.grid[-1], until)
         return np.asarray(np.where(np.isinf(error), np.inf, np.maximum(time - since, until - time)))
 
-    def _highest(self, low: FloatArray, high: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return the times of the largest forces within brackets, and these forces."""
-        each, parts = np.arange(low.size), np.arange(_PARTS + 1) / _PARTS
-        for _ in range(_BRACKET_ROUNDS):
-            times = low[:, np.newaxis] + parts * (high - low)[:, np.newaxis]
-            values = self.at(times)
-            best = np.argmax(values, axis=1) if low.size else each
-            low, high = (
-                times[each, np.maximum(best - 1, 0)],
-                times[each, np.minimum(best + 1, _PARTS)],
-            )
-        return times[each, best], values[each, best]
-
     def _crossing(self, time: FloatArray, level: FloatArray, ahead: bool) -> FloatArray:
         """Return when the force is last below levels before times, or first after; NaN if never."""
         low, high = np.full(time.size, np.nan), np.full(time.size, np.nan)
@@ -421,24 +407,27 @@ class _Signal:
 
 
 def _maxima(time: FloatArray, values: FloatArray) -> list[int]:
-    """Return the places of maxima before and after which the force is lower by ``_DIP``.
+    """Return the places of maxima before and after which the force is lower by a twentieth.
 
     Before the run there is no force. At its end a maximum counts where the force has stood near it
     for longer than it took to get there from a half.
     """
+    # Least dip of the force between two pulses, over the height of the lower one (chosen): ripples
+    # of a plateau are smaller
+    dip = 0.05
     rises = np.diff(values) > 0
     turns = np.flatnonzero(rises[1:] != rises[:-1]) + 1
     maxima, top, low, since = [], -1, 0.0, 0
     for k in (0, *turns.tolist(), values.size - 1):
-        if (top < 0 and low < (1 - _DIP) * values[k]) or (top >= 0 and values[k] > values[top]):
+        if (top < 0 and low < (1 - dip) * values[k]) or (top >= 0 and values[k] > values[top]):
             top = k
-        if top >= 0 and values[k] < (1 - _DIP) * values[top]:
+        if top >= 0 and values[k] < (1 - dip) * values[top]:
             maxima.append(top)
             top, low, since = -1, values[k], k
         elif top < 0 and values[k] < low:
             low, since = values[k], k
     if top >= 0:
-        near = since + int(np.argmax(values[since:] >= (1 - _DIP) * values[top]))
+        near = since + int(np.argmax(values[since:] >= (1 - dip) * values[top]))
         half = np.flatnonzero(values[: near + 1] <= values[top] / 2)
         if time[-1] - time[near] > time[near] - time[half[-1] if half.size else 0]:
             maxima.append(top)

@@ -204,13 +204,6 @@ def _weaker(scene: Scene, contacts: int) -> FloatArray:
     return np.asarray(np.minimum(every[:-1], every[1:])[:contacts])
 
 
-ROUGH = 0.01  # error of the peaks above which p means nothing: p depends on changes of 1 %
-
-
-_MIXED = 1e-6
-"""Sum of the momenta at the start over that of their sizes below which they cancel (chosen)."""
-
-
 class Restitution(NamedTuple):
     """Momentum back over momentum in, at the end of a run.
 
@@ -351,7 +344,8 @@ class Result(ShownRun):
         at_start[scene.shock.granule - 1] += scene.applied_impulse
         whole, striker = float(np.sum(at_start)), float(at_start[0])
         by_wall = is_open[0 if scene.near_wall is not None else -1]
-        is_column = walls > 0 and by_wall and abs(whole) > _MIXED * np.sum(np.abs(at_start))
+        # Sum of the momenta at the start over that of their sizes below which they cancel (chosen)
+        is_column = walls > 0 and by_wall and abs(whole) > 1e-6 * np.sum(np.abs(at_start))
         is_first = bool(striker) and bool(np.all(is_open[: first + 1]))
         return Restitution(
             -float(momentum[0]) / striker if is_first else None,
@@ -376,6 +370,7 @@ class Result(ShownRun):
         """Validity warnings; usually empty."""
         validity = overlap_warning(self.overlap_ratio), yield_warning(self.scene, self.peak_force)
         warnings = [warning for warning in validity if warning is not None]
+        rough = 0.01  # error of the peaks above which p means nothing: p depends on changes of 1 %
         if self.first_pulses is not None and self.errors is not None:
             of_first = self.errors.first
             if of_first is not None and (lost := np.flatnonzero(np.isinf(of_first))).size:
@@ -385,14 +380,14 @@ class Result(ShownRun):
                     f"no digit is known of the first pulse of {', '.join(names)}{more}: with other"
                     " steps it is another"
                 )
-            unsure = int(np.count_nonzero(self.errors.peak > ROUGH))
+            unsure = int(np.count_nonzero(self.errors.peak > rough))
             if unsure:
                 warnings.append(
                     f"the largest force of {unsure} of {self.contact.size} contacts may be off by"
                     " more than 1 %, as peak_error tells: repeated collisions amplify errors, but"
                     " not those of first pulses"
                 )
-        elif self.error_estimate > ROUGH:
+        elif self.error_estimate > rough:
             warnings.append(
                 f"the peaks may be off by {self.error_estimate:.0%}, and p and all that follows"
                 f" from them may be wrong: {SHORTER}"

@@ -215,10 +215,10 @@ def solitary_waves(
     )
 
 
-_APART, NEAR_END, _NEAR_END_IF_SLOW = 10, 2, 7
-"""Contacts from the first to the last of the usual pair, and between that and the end: there the
-incident and the reflected wave are one hump, the longer where contacts are damped or loaded. Speeds
-in the last two are off by up to 7 %, before by 3e-4 (measured on 20 steel spheres)."""
+NEAR_END, _NEAR_END_IF_SLOW = 2, 7
+"""Contacts between the last of the usual pair and the end: there the incident and the reflected
+wave are one hump, the longer where contacts are damped or loaded. Speeds in the last two are off by
+up to 7 %, before by 3e-4 (measured on 20 steel spheres)."""
 
 
 @dataclass(frozen=True)
@@ -332,7 +332,7 @@ def usual_wave(scene: Scene, table: Mapping[str, FloatArray]) -> Wave | None:
     if not table:
         return None
     last = int(np.count_nonzero(~is_near_end(scene))) + scene.contacts[0] - 1
-    first = max(last - _APART, 2)
+    first = max(last - 10, 2)
     if first >= last:
         return None
     pair = [scene.contacts.index(contact) for contact in (first, last)]

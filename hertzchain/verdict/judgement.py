@@ -24,9 +24,6 @@ from hertzchain.slips import Case, families_for, likely_cause, velocity_verlet
 if TYPE_CHECKING:
     import pandas
 
-_NONE, _CLEARLY, _SEVERAL = 1e-9, 0.1, 3
-"""Least ratio of given to true peaks, in place of smaller ones; ratio of two
-spreads from which on the smaller one decides what was given; and the fewest contacts for that."""
 PATIENCE = 60.0  # time limit of the search for the cause [s]; 60 granules take about 1 s
 
 
@@ -286,11 +283,13 @@ def _truth(reference: Result, given: FloatArray, tolerance: float) -> tuple[Floa
 
     def agreement(truth: FloatArray, judged: NDArray[np.bool_]) -> tuple[int, float]:
         agree = np.abs(given[judged] / truth[judged] - 1) <= tolerance
-        ratio = np.maximum(given[both] / truth[both], _NONE)
+        # Least ratio of given to true peaks, in place of smaller ones
+        ratio = np.maximum(given[both] / truth[both], 1e-9)
         return int(np.count_nonzero(agree)), float(np.std(np.log(ratio))) if both.any() else 0.0
 
     (most, vary), (agree, less) = map(agreement, (sure[0], sure[-1]), (judged[0], judged[-1]))
-    is_nearer = bool(np.count_nonzero(both) >= _SEVERAL and less < _CLEARLY * vary)
+    # Fewest contacts whose spread decides what was given, and ratio of the spreads for that
+    is_nearer = bool(np.count_nonzero(both) >= 3 and less < 0.1 * vary)
     is_first = agree > most or (agree == most and is_nearer)
     return sure[is_first], is_first
 

@@ -292,8 +292,6 @@ LARGEST_FILES_BYTES = 300_000_000  # of all files: a minute to read (chosen)
 COLUMNS = ("contact", "peak_force_N")
 """Columns of a table of peaks."""
 
-_MOST_CELL_CHARS = 40  # characters of a cell or a name in a message (chosen)
-
 
 def read(scene: Scene, results: Source, units: str, dt: float | None) -> Sampled:
     """Return the peaks of files, of a table, or as they are; see ``hertzchain.judge``.
@@ -397,10 +395,11 @@ def _of_table(scene: Scene, table: pandas.DataFrame, file: str) -> Sampled:
     """Return the peaks in a table; contacts without one have NaN."""
     import pandas
 
+    most_chars = 40  # of a cell or a name in a message (chosen)
     names = [str(name) for name in table.columns]
     # The second of a name has .1 added.
     if any(names.count(name) != 1 or f"{name}.1" in names for name in COLUMNS):
-        shown = ", ".join(repr(name[:_MOST_CELL_CHARS]) for name in names[:8])
+        shown = ", ".join(repr(name[:most_chars]) for name in names[:8])
         allowed = (
             f"has the columns {shown}, must have {' and '.join(COLUMNS)} (contact 2 is that of"
             " granules 1 and 2), once each, or be a dump of LAMMPS with id, x, fx; pulses"
@@ -420,7 +419,7 @@ def _of_table(scene: Scene, table: pandas.DataFrame, file: str) -> Sampled:
     for name in COLUMNS:
         words = table[table.columns[names.index(name)]]
         values = pandas.to_numeric(words, errors="coerce").to_numpy(np.float64)
-        cells = [str(word)[:_MOST_CELL_CHARS] for word in words]
+        cells = [str(word)[:most_chars] for word in words]
         check(np.isfinite(values), name, cells, "must be a finite number")
         numbers.append(values)
     contacts, forces = numbers

@@ -161,9 +161,6 @@ def as_written_check(reference: Result, time_limit: float = TIME_LIMIT) -> Check
 
 VELOCITY_VERLET = METHODS["velocity-verlet"].walker
 
-IMPULSE_ERROR = 0.1  # the same for impulses of walls and pistons; measured 0.005, for work 0.03
-# factor on the growth of one small difference at the start: another may grow more
-_GROWTH_FACTOR = 3.0
 GROSS_ERROR = 0.01  # a wider tolerance shows only gross errors: right decks differ by up to 0.35
 _STATE_ROUND_OFF = 1e-12  # error of the states without any by coordinates
 # relative tolerance; steps end at the corners, so every method has the whole impulse
@@ -246,8 +243,9 @@ def same_steps_checks(result: Result, time_limit: float = TIME_LIMIT) -> list[Ch
     if lost > 0 and not (max(measured[:2]) <= state and measured[2] <= peaks):
         grown = _grown(scene, legs, lost * float(np.max(twin.peaks.force)) ** (2 / 3), deadline)
         if max(grown) > lost:
-            state = max(state, _GROWTH_FACTOR * max(grown[:2]))
-            peaks = max(peaks, between + _GROWTH_FACTOR * grown[2])
+            factor = 3.0  # on the growth of one small difference at the start: others may grow more
+            state = max(state, factor * max(grown[:2]))
+            peaks = max(peaks, between + factor * grown[2])
             reason += f"; late collisions multiply any difference by {max(grown) / lost:.0f}"
             if max(state, peaks) > GROSS_ERROR:
                 remark = "late collisions amplify rounding errors, so that only gross errors show"
@@ -347,12 +345,14 @@ def balance_checks(result: Result) -> list[Check]:
     if result.scheme == "velocity-verlet" and scene.contact is not None:
         rate = highest_rate(scene) * result.dt
         # Error over dampers' energy times step over their time; measured 0.5
-        energy += rate * balance.dissipated + IMPULSE_ERROR * rate * by_piston
+        # The same for impulses of walls and pistons; measured 0.005, for work 0.03
+        impulse_error = 0.1 * rate
+        energy += rate * balance.dissipated + impulse_error * by_piston
         if piston is not None or scene.wall is not None or scene.holds:
             # Peaks can be more accurate than the motion: with dashpots at first touch, or at the
             # end.
             reason += ", and dampers by velocities of half a step before"
-            momentum += IMPULSE_ERROR * rate
+            momentum += impulse_error
     uneven = _impulse_error(result) if result.scheme == "velocity-verlet" else 0.0
     return [
         within(

@@ -263,16 +263,8 @@ _TWICE = (
     " has, as a number is that of a column in every file"
 )
 
-_TIMES_PER_WIDTH, _MOST_TIMES = 60, 20_000
-"""Recorded times for each width of the narrowest pulse: a cubic spline is within 1e-6 of its force
-(measured); and the most of them."""
-
-_SHIFTS_PER_WIDTH = 10
-"""Steps of the search for the shift for each width; least squares find the rest."""
-
-_DRIFT_DEVIATIONS = 5.0
-"""Slope of differences, over its deviation by white noise, above which it is real (chosen)."""
-
+_MOST_TIMES = 20_000
+"""Most times of a recorded reference (chosen); a trace may last a hundred times as long."""
 
 FEWEST_SAMPLES = 8
 """Fewest samples of a first pulse that determine its height, time and width."""
@@ -326,7 +318,9 @@ def expected_of(scene: Scene, gauges: tuple[Gauge, ...], native: Native) -> Expe
     allowed = "reads no whole first pulse in this scene: name others, or give a later end_time"
     require(bool(np.isfinite(widths).any()), "gauge", None, allowed)
     end = result.scene.end_time
-    count = int(min(_TIMES_PER_WIDTH * end / np.nanmin(widths), _MOST_TIMES)) + 2
+    # Times for each width of the narrowest pulse: a cubic spline is within 1e-6 of its force there
+    # (measured)
+    count = int(min(60 * end / np.nanmin(widths), _MOST_TIMES)) + 2
     time = np.linspace(0.0, end, count)
     rough = Native(rtol=1e-6, time_limit=native.time_limit)
     force, other = (
@@ -386,7 +380,8 @@ def drift_of(time: FloatArray, off: FloatArray, noise: float, gauge: str, place:
     clock = time - time.mean()
     spread = float(np.sum(clock**2))
     slope = float(np.dot(clock, off)) / spread
-    if abs(slope) < _DRIFT_DEVIATIONS * noise / np.sqrt(spread):
+    # Slope, over its deviation by white noise, above which it is real (chosen)
+    if abs(slope) < 5.0 * noise / np.sqrt(spread):
         return []
     drift = f"{place}: differences follow a line of {slope:+.2g} N/s, as of a gauge that drifts"
     return [f"{drift}: fit --free {gauge}.drift fits it as well"]
@@ -401,10 +396,11 @@ def shift_of(traces: Traces, expected: Expected) -> float:
     from scipy.signal import fftconvolve
 
     whole = [k for k, reading in enumerate(expected.readings) if np.isfinite(reading.width)]
-    step = float(min(expected.readings[k].width for k in whole)) / _SHIFTS_PER_WIDTH
+    per_width = 10  # steps of the search for each width; least squares find the rest
+    step = float(min(expected.readings[k].width for k in whole)) / per_width
     size = int((traces.time[-1] - traces.time[0]) / step) + 1
     allowed = f"last {np.ptp(traces.time):.3g} s, which is less than a first pulse: check the unit"
-    require(size > _SHIFTS_PER_WIDTH, "times", None, allowed)
+    require(size > per_width, "times", None, allowed)
     require(size < 100 * _MOST_TIMES, "times", None, "last far longer than the run: check the unit")
     grid = traces.time[0] + step * np.arange(size)
     clock = step * np.arange(int(expected.until / step) + 1, dtype=np.float64)
@@ -484,11 +480,6 @@ WIDTH = Kind("width of the first pulse [s]", _ADVICE)
 TRAVEL = Kind("time of travel [s]", "the scene has another speed: try E, density, damping, loads")
 ARRIVAL = Kind("arrival [s]", "the clock of the recording is not that of the scene")
 TRACE = Kind("whole trace, rms of differences over the first peak", _ADVICE)
-
-
-_TRACE_OVER_NOISE = 1.2
-"""Largest differences of a whole trace over the noise, which 200 quiet samples determine to 5 %:
-four deviations."""
 
 
 @dataclass(frozen=True)
@@ -697,6 +688,8 @@ def _whole(
     off = (traces.force[during, k] - true) / peak
     # Quiet samples must not hide a difference within a pulse.
     rms = max(float(np.sqrt(np.mean(some**2))) for some in (off, off[is_pulse]))
-    reason = f"what was asked for, and {_TRACE_OVER_NOISE:g} times the noise of the samples"
-    allowed = float(np.hypot(tolerance, _TRACE_OVER_NOISE * float(traces.noise[k]) / peak))
+    # Largest differences over the noise, which 200 quiet samples determine to 5 %: four deviations
+    over_noise = 1.2
+    reason = f"what was asked for, and {over_noise:g} times the noise of the samples"
+    allowed = float(np.hypot(tolerance, over_noise * float(traces.noise[k]) / peak))
     return within(TRACE, traces.gauges[k].place, rms, 0.0, allowed, reason)

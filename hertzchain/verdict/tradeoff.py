@@ -161,7 +161,7 @@ def _lammps(scene: Scene, step: float, extrapolated: bool = False) -> Outcome:
 TRUTH_STEP = 1 / 80  # step of the truth [contact times], a quarter of the reference's own
 TRUTH_ERROR = 1e-12  # least error of the truth: its peaks change by 2e-13 if its step is quartered
 _LONGEST_RUN_SECONDS = 2.0  # after a longer run its contender is not run at costlier settings
-_MOST_TIMED_RUNS, _ENOUGH_SECONDS = 20, 0.05  # in a round; of a round
+_ENOUGH_SECONDS = 0.05  # of a round of runs
 
 
 @dataclass(frozen=True)
@@ -310,7 +310,7 @@ def measured(
 def timed(run: Callable[[], Outcome], enough: float) -> tuple[Outcome, float]:
     """Outcome of a run, and the least wall time of runs within ``enough`` seconds [s]."""
     times: list[float] = []
-    while not times or (sum(times) < enough and len(times) < _MOST_TIMED_RUNS):
+    while not times or (sum(times) < enough and len(times) < 20):
         begin = time.perf_counter()
         outcome = run()
         times.append(time.perf_counter() - begin)

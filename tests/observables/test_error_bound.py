@@ -24,6 +24,7 @@ from hertzchain.errors import StepUnstable, Unpredictable
 from hertzchain.observables.error_bound import (
     SAFETIES,
     ContactErrors,
+    Peaks,
     Safety,
     amplifies_errors,
     coarser_run,
@@ -32,6 +33,7 @@ from hertzchain.observables.error_bound import (
     second_order_safety,
     step_for,
 )
+from hertzchain.observables.first_pulse import FirstPulses
 from hertzchain.observables.peaks import largest_difference
 from hertzchain.observables.samples import DampedLaw
 from hertzchain.observables.watch import PeakWatch
@@ -86,6 +88,17 @@ def test_a_bound_is_the_largest_weighted_difference_times_the_safety_and_the_res
     assert errors.plus(floored).peak[0] == pytest.approx(1.00451 * 1.10001 - 1)
 
 
+def test_later_peaks_have_the_differences_of_pulses_before_them() -> None:
+    """A first pulse of a quarter of its total force is off by a tenth, in the contact before."""
+    each, yes = np.ones(2), np.ones(2, bool)
+    first = FirstPulses(each, np.array([1.0, 2.0]), each / 2, each, each, 3 * each, ~yes, yes, yes)
+    run = Peaks(4 * each, first.time, yes, first)
+    other = replace(run, first=replace(first, force=np.array([1.1, 1.0])))
+    differences = run.differences(other)
+    assert differences.peak == pytest.approx([0.0, 0.1 / 4])
+    assert differences.first == pytest.approx([0.1, 0.1])
+
+
 def test_an_error_of_1_leaves_no_digit() -> None:
     refuse_meaningless("native", math.nextafter(1.0, 0.0), too_long=True)
     with pytest.raises(StepUnstable, match="its step is too long"):
@@ -99,20 +112,22 @@ def test_an_error_of_1_leaves_no_digit() -> None:
 
 @pytest.mark.parametrize("wanted", [1e-5, 1e-6, 3e-8])
 @pytest.mark.parametrize("coefficient", [0.4, -0.4])
-def test_step_gives_the_wanted_error_where_errors_are_quadratic(
-    wanted: float, coefficient: float
+@pytest.mark.parametrize(("order", "share"), [(2, 0.9), (1, 0.7)])
+def test_step_gives_the_wanted_error_where_errors_are_powers_of_it(
+    order: int, share: float, coefficient: float, wanted: float
 ) -> None:
     asked: list[float] = []
 
     def peaks_at(step: float) -> FloatArray:
         asked.append(step)
-        return np.array([1.0, 2.0 * (1.0 + coefficient * step**2), 0.5])
+        return np.array([1.0, 2.0 * (1.0 + coefficient * step**order), 0.5])
 
-    step = step_for(peaks_at, 0.04, wanted, SAFETIES["smooth"])
-    assert asked == [0.04, 0.02]
-    # The bound, 1.5 times the error, is to be 0.9 of what is wanted; the difference of the two
+    pilot = 0.04 if order == 2 else 1e-4
+    step = step_for(peaks_at, pilot, wanted, SAFETIES["smooth"], order)
+    assert asked == [pilot, pilot / 2]
+    # The bound, 1.5 times the error, is to be a share of what is wanted; the difference of the two
     # trials is relative to the second, which is itself off by 2e-4.
-    assert 1.5 * 0.4 * step**2 == pytest.approx(0.9 * wanted, rel=3e-4, abs=0)
+    assert 1.5 * 0.4 * step**order == pytest.approx(share * wanted, rel=3e-4, abs=0)
 
 
 # Bounds of whole runs
@@ -188,7 +203,7 @@ def test_steps_of_the_second_run(
 
 @pytest.mark.parametrize(
     ("step", "rising", "safety"),
-    [(0.15, False, 1.5), (0.151, False, 6.0), (0.5, True, 6.0), (0.501, True, 15.0)],
+    [(0.15, False, 1.5), (0.151, False, 6.0), (0.5, True, 6.0), (0.501, True, 8.0)],
 )
 def test_long_steps_and_contacts_that_rise_need_more_safety(
     step: float, rising: bool, safety: float

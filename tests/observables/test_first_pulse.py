@@ -281,7 +281,6 @@ TWO_WAVES = hc.Scene(hc.Chain(20, **STEEL, velocity=(1.0, *[0.0] * 18, -1.0)))
         (WALLED, "contact 17, contact 21", "no speed from a contact to a wall: their pulses"),
         (WALLED, "contact 12, contact 20", "no speed so near an end"),
         (FREE, "granule 12, granule 20", "no speed so near an end"),
-        (FREE, "contact 12, contact 12", "no speed: the arrivals show no wave"),
         (AT_10, "granule 8, granule 17", "no speed: the arrivals show no wave"),
         (TWO_WAVES, "contact 5, contact 14", "no speed: the arrivals show no wave"),
     ],

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import random
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -139,50 +140,46 @@ def test_samples_that_cannot_be(run: Samples) -> None:
 # Files as people have them: of LAMMPS, and tables; what their sampling adds to a tolerance
 
 
-@pytest.fixture(scope="module")
-def files(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder: Path = tmp_path_factory.mktemp("files")
-    file = folder / "in.chain"
-    file.write_text(deck(folder), encoding="utf-8")
+@cache
+def files_of(folder: Path, axis: str, sign: int) -> Path:
+    """A folder with the dumps of a chain along an axis."""
+    folder /= f"{axis}{sign}"
+    folder.mkdir()
+    (folder / "in.chain").write_text(deck(folder, axis, sign), encoding="utf-8")
     with engine() as lammps:
-        lammps.file(str(file))
+        lammps.file(str(folder / "in.chain"))
     return folder
 
 
 @pytest.fixture(scope="module")
-def verlet() -> FloatArray:
-    """The peaks that LAMMPS has at these steps; steps end at the corners of the pulse."""
-    return hc.Native("velocity-verlet", DT).run(SCENE).peak_force
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("files")
 
 
 @pytest.mark.lammps
-@pytest.mark.parametrize(("file", "dt"), [("six.dump", DT), ("fine.dump", None), ("frame.*", None)])
+@pytest.mark.parametrize(
+    ("file", "dt", "axis", "sign"),
+    [
+        ("six.dump", DT, "x", 1), ("fine.dump", None, "x", 1), ("frame.*", None, "x", 1),
+        ("six.dump", DT, "y", 1), ("six.dump", DT, "z", -1),
+    ],
+)  # fmt: skip
 def test_dumps_of_lammps_have_its_peaks(
-    file: str, dt: float | None, files: Path, verlet: FloatArray
+    file: str, dt: float | None, axis: str, sign: int, folder: Path
 ) -> None:
-    peaks = read(SCENE, list(files.glob(file)), "si", dt)
+    """Its steps end at the corners of the pulse; the axis and the pushed end are found."""
+    peaks = read(SCENE, list(files_of(folder, axis, sign).glob(file)), "si", dt)
     apart = "20 steps" if file == "frame.*" else "2e-06 s"
     assert f"peaks are from net forces in a dump, 201 samples {apart} apart" in peaks.how
-    assert np.all(off(peaks.peak_force, verlet) <= peaks.error)
+    verlet = hc.Native("velocity-verlet", DT).run(SCENE).peak_force
     assert peaks.error is not None
+    assert np.all(off(peaks.peak_force, verlet) <= peaks.error)
     assert np.max(peaks.error) < 5e-5
 
 
 @pytest.mark.lammps
-@pytest.mark.parametrize(("axis", "sign"), [("y", 1), ("z", -1)])
-def test_the_axis_and_the_pushed_end_are_found(
-    axis: str, sign: int, tmp_path: Path, verlet: FloatArray
-) -> None:
-    file = tmp_path / "in.chain"
-    file.write_text(deck(tmp_path, axis, sign), encoding="utf-8")
-    with engine() as lammps:
-        lammps.file(str(file))
-    peaks = read(SCENE, [tmp_path / "six.dump"], "si", None)
-    assert np.all(off(peaks.peak_force, verlet) <= peaks.error)
-
-
-@pytest.mark.lammps
-def test_a_run_of_lammps_is_judged(files: Path, hertzchain: Command) -> None:
+def test_a_run_of_lammps_is_judged(folder: Path, hertzchain: Command) -> None:
+    files = files_of(folder, "x", 1)
     SCENE.to_toml(files / "scene.toml")
     judged = hertzchain("judge", files / "scene.toml", files / "six.dump", "--json")
     document = judged.json()

@@ -241,20 +241,44 @@ def test_a_page_and_a_figure(measured: pd.DataFrame, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("change", "words"),
+    ("change", "columns", "words"),
     [
-        ({"gauge_17_N": 1.0}, "must be a granule from 2 to 16"),
-        ({"contact_1_N": 1.0}, "must be a contact from 2 to 17"),
-        ({"gauge_6_N": 0.0}, "is 0 throughout"),
-        ({"gauge_6_N": np.nan}, "has no finite time and force"),
-        ({"time_s": 0.0}, "the time is not above that of line 1"),
-        ({"time_s": np.arange(1500.0)}, "last far longer than the run: check the unit"),
-        ({"time_s": 1e-12 * np.arange(1500)}, "less than a first pulse: check the unit"),
+        ({"gauge_17_N": 1.0}, {}, "must be a granule from 2 to 16"),
+        ({"contact_1_N": 1.0}, {}, "must be a contact from 2 to 17"),
+        ({"near_wall_N": 1.0}, {}, r"without \[near_wall\]"),
+        ({"gauge_6_N": 0.0}, {}, "is 0 throughout"),
+        ({"gauge_6_N": np.nan}, {}, "has no finite time and force"),
+        ({"time_s": 0.0}, {}, "the time is not above that of line 1"),
+        ({"time_s": np.arange(1500.0)}, {}, "last far longer than the run: check the unit"),
+        ({"time_s": 1e-12 * np.arange(1500)}, {}, "less than a first pulse: check the unit"),
+        ({}, {"gauge_6": "CH1"}, "--column CH1: no such column"),
+        ({}, {"bead_6": "gauge_6_N"}, "must be gauge_ and the number"),
+        ({}, {"gauge_6": "gauge_6_N [5 m]"}, "gauge_6"),
     ],
 )
-def test_what_cannot_be_judged(measured: pd.DataFrame, change: dict[str, Any], words: str) -> None:
+def test_what_cannot_be_judged(
+    measured: pd.DataFrame, change: dict[str, Any], columns: dict[str, str], words: str
+) -> None:
     with pytest.raises(HertzchainError, match=words):
-        hc.judge_traces(SCENE, measured.assign(**change))
+        hc.judge_traces(SCENE, measured.assign(**change), columns=columns)
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        (None, "cannot be read"),
+        ("", "no line has numbers in two columns"),
+        ("time_s,force\n0,1\n1,2\n", "name those of gauges"),
+        ("time_s,gauge_6_N,gauge_6_kN\n" + "1,2,3\n" * 9, "have a gauge twice"),
+        ("time_s,wall_N\n" + "1,2\n" * 9, r"without \[wall\]"),
+    ],
+)
+def test_files_that_are_no_traces(content: str | None, words: str, tmp_path: Path) -> None:
+    path = tmp_path / "traces.csv"
+    if content is not None:
+        path.write_text(content)
+    with pytest.raises(HertzchainError, match=words):
+        hc.judge_traces(replace(SCENE, wall=None), path)
 
 
 def test_noise_does_not_hide_what_is_clearly_off(measured: pd.DataFrame) -> None:
@@ -281,23 +305,6 @@ def test_a_signal_that_goes_down(measured: pd.DataFrame) -> None:
     assert hc.judge_traces(SCENE, traces, columns={"gauge_6": "gauge_6_N [-1 N]"})
 
 
-@pytest.mark.parametrize(
-    ("content", "words"),
-    [
-        (None, "cannot be read"),
-        ("", "no line has numbers in two columns"),
-        ("time_s,force\n0,1\n1,2\n", "name those of gauges"),
-        ("time_s,gauge_6_N,gauge_6_kN\n" + "1,2,3\n" * 9, "have a gauge twice"),
-    ],
-)
-def test_files_that_are_no_traces(content: str | None, words: str, tmp_path: Path) -> None:
-    path = tmp_path / "traces.csv"
-    if content is not None:
-        path.write_text(content)
-    with pytest.raises(HertzchainError, match=words):
-        hc.judge_traces(SCENE, path)
-
-
 @pytest.mark.parametrize(("digits", "clipped"), [(2, False), (2, True), (12, True)])
 def test_clipped_recordings_are_named(measured: pd.DataFrame, digits: int, clipped: bool) -> None:
     """A crest that is flat by the digits of the recording is not clipped."""
@@ -306,21 +313,6 @@ def test_clipped_recordings_are_named(measured: pd.DataFrame, digits: int, clipp
     traces["gauge_6_N"] = 20 * (force.clip(upper=0.8) if clipped else force).round(digits)
     remarks = hc.judge_traces(SCENE, traces).remarks
     assert any("clipped recording" in remark for remark in remarks) == clipped
-
-
-def test_names_that_do_not_fit(measured: pd.DataFrame) -> None:
-    for columns, words in (
-        ({"gauge_6": "CH1"}, "--column CH1: no such column"),
-        ({"bead_6": "gauge_6_N"}, "must be gauge_ and the number"),
-        ({"gauge_6": "gauge_6_N [5 m]"}, "gauge_6"),
-    ):
-        with pytest.raises(HertzchainError, match=words):
-            hc.judge_traces(SCENE, measured, columns=columns)
-    free = replace(SCENE, wall=None)
-    with pytest.raises(HertzchainError, match="without \\[wall\\]"):
-        hc.judge_traces(free, measured.rename(columns={"contact_17_N": "wall_N"}))
-    with pytest.raises(HertzchainError, match="tolerance"):
-        hc.judge_traces(SCENE, measured, tolerance=2.0)
 
 
 def test_a_gauge_that_is_unloaded_first_is_quiet_only_until_then() -> None:
