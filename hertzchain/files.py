@@ -143,12 +143,6 @@ def check_outputs(inputs: Sequence[Path | None], outputs: Sequence[Path | None])
             taken.add(where)
 
 
-def check_new(path: Path | None) -> None:
-    """Raise an OutputError if a scene or a deck, which people edit, would replace a file."""
-    if path is not None and path.is_file():
-        raise OutputError(f"{path}: exists; name another file, or delete it")
-
-
 def make_folder(folder: Path) -> None:
     """Make a folder if it is missing; OutputError if that is impossible."""
     if folder.exists() and not folder.is_dir():

@@ -19,7 +19,7 @@ from hertzchain.cli.output import DONE, OUT_OF_TOLERANCE, Answer, Written, worki
 from hertzchain.engines.lammps.dialect import PAIR_STYLES
 from hertzchain.engines.registry import ENGINES
 from hertzchain.errors import on_one_line
-from hertzchain.files import check_new, make_folder, write_text
+from hertzchain.files import make_folder, write_text
 from hertzchain.limits import TOLERANCE
 
 if TYPE_CHECKING:
@@ -57,7 +57,6 @@ def deck(
     """
     from hertzchain.known import answer
 
-    check_new(output)
     loaded = options.load_scene(scene)
     options.refuse_step_and_accuracy(rtol, dt)
     has_style = pair_style is not GRANULAR
@@ -126,7 +125,6 @@ def unit_test(scene: Path, *, output: Path | None = None) -> list[Written]:
     from hertzchain.known.unit_test import known_motion
     from hertzchain.known.unit_test import unit_test as test_text
 
-    check_new(output)
     loaded = options.load_scene(scene)
     with working() as report_progress:
         report_progress("native: motion of the wave")
@@ -174,7 +172,6 @@ def examine(
     from hertzchain.examiner.examining import examine as examined
     from hertzchain.report.contents import document_of
 
-    check_new(fix)
     given = options.by_name("--var", reading.variables, "F0=100")
     limit = options.to_time_limit(reading.time_limit)
     loaded = options.load_scene(scene)

@@ -12,7 +12,6 @@ from hertzchain.cli import options
 from hertzchain.cli.options import to_seconds
 from hertzchain.cli.output import DONE, OUT_OF_TOLERANCE, Answer, Written, working
 from hertzchain.errors import HertzchainError, require
-from hertzchain.files import check_new
 from hertzchain.limits import TOLERANCE
 
 
@@ -218,7 +217,6 @@ def fit(
     """
     from hertzchain.lab import fit as fits
 
-    check_new(output)
     limit = options.to_time_limit(time_limit)
     loaded = options.load_scene(scene)
     with working() as report_progress:

@@ -13,8 +13,8 @@ import typer
 from hertzchain.cli import options
 from hertzchain.cli.output import DONE, OUT_OF_TOLERANCE, UNUSABLE, Answer, Written, working
 from hertzchain.engines.registry import ENGINES, compared_by_default
-from hertzchain.errors import HertzchainError, require
-from hertzchain.files import check_new, check_outputs
+from hertzchain.errors import HertzchainError, OutputError, require
+from hertzchain.files import check_outputs
 from hertzchain.limits import RTOL
 from hertzchain.scene.starters import NAMES, files_of, title_of, write_starter
 
@@ -50,8 +50,8 @@ def init(path: Path = Path("scene.toml"), *, kind: Starter = PULSE) -> None:
     """
     files = files_of(kind.value, path)
     check_outputs([], files)
-    for file in files:
-        check_new(file)
+    if there := [file for file in files if file.exists()]:  # people edit a scene
+        raise OutputError(f"{there[0]}: exists; name another file, or delete it")
     written = write_starter(kind.value, path)
     typer.echo(f"{' and '.join(map(str, written))}: {title_of(kind.value)}")
     typer.echo(f"Change it in an editor, then: hertzchain compare {shlex.quote(str(path))}")
