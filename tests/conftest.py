@@ -19,6 +19,7 @@ from hertzchain.engines.lammps.engine import engine
 from hertzchain.errors import BackendMissing
 from hertzchain.scene.shocks import profile_named
 from tests.command_line import Command, run_here
+from tests.kernels import compile_share
 from tests.places import ROOT
 
 pytest_plugins = ["pytester"]
@@ -38,6 +39,11 @@ for _name in [*os.environ]:
     if _name not in KEPT and not _name.startswith("PYTEST_"):
         del os.environ[_name]
 os.environ["MPLCONFIGDIR"] = str(ROOT / ".pytest_cache" / "matplotlib")
+
+
+def pytest_sessionstart(session: pytest.Session) -> None:
+    """Compile what is not on disk."""
+    compile_share(session.config)
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:

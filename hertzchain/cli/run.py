@@ -310,8 +310,8 @@ def tradeoff(scene: Path, *, picture: options.PictureOptions) -> Answer:
         measured = measure(loaded, progress=report_progress)
     return Answer(
         measured.to_dict,
-        lambda console: print_tradeoff(console, [measured]),
-        [picture.picture(lambda size: figures.plot_tradeoff([measured], size))],
+        lambda console: print_tradeoff(console, measured),
+        [picture.picture(lambda size: figures.plot_tradeoff(measured, size))],
         measured.remarks,
         UNUSABLE if measured.missing else DONE,
     )

@@ -154,17 +154,6 @@ def test_contacts_are_judged_where_looks_find_nearly_all_of_their_peaks() -> Non
     assert weak.judged.tolist() == [True, True, False]
 
 
-@pytest.mark.lammps
-def test_the_lean_deck_does_not_watch(tmp_path: Path) -> None:
-    path = written(small(), tmp_path, watch_every=0)
-    text = path.read_text()
-    for word in ("looks", "compute", "d_true", "PASS"):
-        assert word not in text
-    status, screen = run(path, tmp_path)
-    assert status == 0, screen
-    assert (tmp_path / "chain.final").exists()
-
-
 def test_what_is_never_pressed_has_no_answer() -> None:
     late = hc.PulseTable((1e-4, 2e-4), (0.0, 10.0))
     scene = hc.Scene(hc.Chain(10, **STEEL), late, hc.Run(5e-5))

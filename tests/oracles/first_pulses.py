@@ -21,7 +21,7 @@ from scipy.signal import find_peaks, peak_prominences
 
 import hertzchain as hc
 from tests.oracles.extrapolation import push_of
-from tests.oracles.scene_in_si import numbers_of, pieces_of
+from tests.oracles.scene_in_si import numbers_of, pieces_of, start_of, strokes_of
 
 Floats = NDArray[np.float64]
 
@@ -37,25 +37,27 @@ class Seen:
 
 
 class Trace:
-    """Forces over time of a scene of elastic or damped contacts without a piston."""
+    """Forces over time of a scene of elastic or damped contacts."""
 
     def __init__(self, scene: hc.Scene, tolerance: float = 3e-14, longest: float = 0.05) -> None:
         self.chain, pieces = numbers_of(scene), pieces_of(scene)
         c, count = self.chain, self.chain.inverse_mass.size
         self.granules, self.contacts = count, c.stiffness.size
-        state = np.zeros(2 * count)
-        if isinstance(scene.shock, hc.Striker):
-            state[count] = scene.shock.velocity
+        self.first_granule = scene.first_granule
+        state, strokes = start_of(scene).ravel(), strokes_of(scene, pieces)
         corners = {0.0, scene.end_time, *pieces[:, 0], *pieces[:, 2]}
         ends = sorted(corner for corner in corners if 0 <= corner <= scene.end_time)
         self.parts: list[Any] = []
         for begin, end in pairwise(ends):
             acting = [p for p in pieces if p[0] <= begin < p[2] and p[4] != 0]
+            if strokes.size:
+                state[[0, count]] = strokes[np.searchsorted(pieces[:, 0], begin, "right") - 1]
+                state[0] += state[count] * (begin - pieces[pieces[:, 0] <= begin, 0].max())
 
             def rates(time: float, y: Floats, acting: list[Floats] = acting) -> Floats:
                 force = self.force(y)
                 net = np.zeros(count)
-                net[0] = sum(push_of(piece, time) for piece in acting)
+                net[c.pushed] = sum(push_of(piece, time) for piece in acting)
                 net[1:] += force[: count - 1]
                 net[: self.contacts] -= force
                 return np.concatenate([y[count:], net * c.inverse_mass + c.constant])
@@ -120,7 +122,8 @@ class Trace:
 
     def gauge(self, granule: int, static: Floats) -> Seen:
         """First pulse of the mean of the contacts of a granule from 2 on."""
-        places = [k for k in (granule - 2, granule - 1) if k < self.contacts]
+        behind = granule - 2 + self.first_granule
+        places = [k for k in (behind, behind + 1) if k < self.contacts]
 
         def read(time: float) -> float:
             return float(sum(self.at(k, time) - static[k] for k in places)) / 2

@@ -230,7 +230,7 @@ def judging_peaks(scene: Scene, deadline: Deadline) -> tuple[FloatArray, float]:
     # pulses: an error of 18 tolerances with a difference of 2.4. Dampers end the late collisions
     # that do so.
     least = (20.0 if is_elastic else 1.2) * tolerance
-    errors = SAFETIES["SciPy, judging"].bounds([tight.differences(loose)], least=least)
+    errors = SAFETIES["erratic"].bounds([tight.differences(loose)], least=least)
     return np.asarray(tight.force), errors.largest
 
 

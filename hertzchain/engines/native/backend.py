@@ -43,7 +43,6 @@ from hertzchain.scene.scene import (
     SceneLike,
     largest_overlap_ratio,
     refuse_deep_overlap,
-    refuse_hopeless_overlap,
     to_scene,
 )
 from hertzchain.scene.schedule import Leg
@@ -153,7 +152,6 @@ class Native:
         """
         scene = to_scene(scene)
         native = self if self.wanted else replace(self, wanted=usually_wanted(scene))
-        refuse_hopeless_overlap(scene)
         error_bound.refuse_strong_dampers(scene)
         import hertzchain.engines.native.elastic  # noqa: F401 - loaded before any clock starts
         from hertzchain.observables.compiling import Watched

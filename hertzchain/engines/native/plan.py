@@ -121,7 +121,7 @@ class Method:
     walker: Walker
     step: float  # default step, natural time units
     interval: float
-    safety: str = "equal steps"  # kind of run: see ``error_bound.SAFETIES``
+    safety: str = "erratic"  # kind of run: see ``error_bound.SAFETIES``
     # error at any step, left by refinement; at most 4e-12 in the paper's scenes
     floor: float = 0.0
 
@@ -129,7 +129,7 @@ class Method:
 METHODS: dict[str, Method] = {
     "reference": Method(
         Walker(SRKN_11B, tolerance=1e-10, cosine_steps=32, starting=math.inf), step=0.05,
-        interval=9.07, safety="refined steps", floor=1e-11,
+        interval=9.07, safety="regular", floor=1e-11,
     ),
     "srkn-11b": Method(Walker(SRKN_11B), step=0.2, interval=9.07),
     "rk4": Method(Walker(RungeKutta4()), step=0.0125, interval=2.83),
@@ -244,7 +244,7 @@ def cheapest(rtol: float, checked: bool = True, hard: bool = False) -> Plan:
     # In the worst random scene, rounded up. Estimates are never lower, because a difference can be
     # small by chance.
     error = (0.55 if checked else 0.9) * rtol
-    return Plan("srkn-11b", walker, step, error, SAFETIES["plan, hard" if hard else "plan"])
+    return Plan("srkn-11b", walker, step, error, SAFETIES["erratic" if hard else "planned"])
 
 
 def first_plan(rtol: float, hard: bool, first: bool) -> Plan:
@@ -261,7 +261,7 @@ def first_plan(rtol: float, hard: bool, first: bool) -> Plan:
     plan = cheapest(min(max(rtol / 64.0, TIGHTEST), 2.5e-5))
     # A contact closes at any place of a step: the error that no difference shows was 4.4 times that
     # of other scenes in the worst of 6,000 random ones, at the first contacts.
-    return replace(plan, error=6.0 * plan.error, safety=SAFETIES["plan, tried first"])
+    return replace(plan, error=6.0 * plan.error, safety=SAFETIES["tried first"])
 
 
 def round_off(evaluations: Quantity) -> Any:
