@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
-from hertzchain.contact import hertz
 from hertzchain.errors import require
 from hertzchain.observables.samples import DampedLaw
+from hertzchain.scene import hertz
 from hertzchain.scene.chain import NaturalUnits
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.terms import Gauge

@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hertzchain.arrays import FloatArray
-from hertzchain.contact import hertz
 from hertzchain.errors import SceneError, require
 from hertzchain.limits import refuse_memory
+from hertzchain.scene import hertz
 from hertzchain.scene.chain import NaturalUnits
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
