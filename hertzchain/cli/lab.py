@@ -211,7 +211,7 @@ def fit(
         at once.
     free KEY: A key of the scene to be fitted, such as chain.young_modulus, with a range where
         wanted, KEY=LOW:HIGH; repeatable. gain: the ratio of measured to true forces, the same for
-        all gauges; gauge_6.gain, .offset, .drift: of the gauge of a column.
+        all gauges; gauge_6.gain, .offset, .drift, .droop: of the gauge of a column.
     output FILE: Write the fitted scene (.toml).
     time_limit TIME: How long all runs together may take, seconds or with a unit ("10 min").
     """

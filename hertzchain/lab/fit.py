@@ -286,7 +286,8 @@ def fit(
         Keys to be fitted, such as ``chain.young_modulus``, with a range where wanted,
         ``chain.gap=1 um:9 um``; ``gain`` is the ratio of the measured to the true force, the same
         for all gauges. Of one gauge, named as its column without its unit: ``gauge_6.gain``,
-        ``gauge_6.offset`` at the time 0 of the file [N], and ``gauge_6.drift`` [N/s].
+        ``gauge_6.droop``, the time constant of a charge amplifier [s], ``gauge_6.offset`` at the
+        time 0 of the file [N], and ``gauge_6.drift`` [N/s].
     columns, progress
         As for ``judge_traces``.
     clock

@@ -38,11 +38,14 @@ from hertzchain.verdict.traces import (
 GAIN = "gain"
 """A key that no scene has: ratio of measured to true force, the same for all gauges."""
 
-_OF_INSTRUMENT = re.compile(r"((?:gauge|contact)_\d+|(?:near_)?wall)\.(gain|offset|drift)")
+_OF_INSTRUMENT = re.compile(r"((?:gauge|contact)_\d+|(?:near_)?wall)\.(gain|droop|offset|drift)")
 _OF_GAUGE = re.compile(r"(?:gauge|contact)_\d+\.")
-_UNITS = {GAIN: "", "offset": "N", "drift": "N/s"}
+_UNITS = {GAIN: "", "droop": "s", "offset": "N", "drift": "N/s"}
 _ADDED = "offset", "drift"
 """Kinds of what an instrument adds to a force: the order of the columns of ``Series``."""
+
+_DROOP_START = 0.01
+"""Time constant of a charge amplifier from which a fit starts, if no range is given [s]; chosen."""
 
 
 def is_of_instrument(key: str) -> bool:
@@ -64,6 +67,23 @@ def unit_of_key(key: str) -> str:
     """Return the unit of a key of scene or instrument; empty for a pure number."""
     kind = _kind_of(key)
     return _UNITS[kind] if kind in _UNITS else unit_of(key)
+
+
+def drooped(time: FloatArray, force: FloatArray, constant: float) -> FloatArray:
+    """Return a force as a charge amplifier with a time constant [s] shows it.
+
+    The shown force y follows from dy/dt = dF/dt - y / constant, from 0 at the first sample, here
+    solved exactly for a force F that is linear between samples a median step apart.
+    """
+    from scipy.signal import lfilter
+
+    step = float(np.median(np.diff(time)))
+    even = time[0] + step * np.arange(int(np.ceil((time[-1] - time[0]) / step - 1e-6)) + 1)
+    decay = np.exp(-step / constant)
+    # y[k] = decay y[k - 1] + gain (F[k] - F[k - 1]), a gain of mean exp(-s / constant) over a step
+    gain = -np.expm1(-step / constant) * constant / step
+    shown = lfilter([gain, -gain], [1.0, -decay], np.interp(even, time, force - force[0]))
+    return np.asarray(np.interp(time, even, shown))
 
 
 _MOST_FACTOR = 100.0
@@ -131,14 +151,14 @@ def free_of(scene: Scene, given: Sequence[str]) -> Free:
     for text in given:
         name, _, span = (part.strip() for part in str(text).partition("="))
         is_key = is_of_instrument(name) or not _OF_GAUGE.match(name)
-        require(is_key, name, None, "is not a key of a gauge: it has gain, offset, drift")
+        require(is_key, name, None, "is not a key of a gauge: it has gain, droop, offset, drift")
         spans[name if is_of_instrument(name) else full_key(name, scene)] = span
     require(len(spans) == len(given), "free", given, "names a key twice")
     added = [key for key in spans if _kind_of(key) in _ADDED and place_of(key)]
     for key in added:
         allowed = "has no range: it is free from minus to plus infinity"
         require(not spans[key], key, spans.pop(key), allowed)
-    allowed = "must have a key of the scene or a gain, too, besides what is only added"
+    allowed = "must have a key of the scene, a gain or a droop, too, besides what is only added"
     require(bool(spans), "free", given, allowed)
     starts = [_start_and_range(scene, key, text) for key, text in spans.items()]
     start, low, high = np.array(starts).T
@@ -149,7 +169,9 @@ def free_of(scene: Scene, given: Sequence[str]) -> Free:
 def _start_and_range(scene: Scene, key: str, text: str) -> tuple[float, float, float]:
     """Return the start value of a key, and the ends of its range over it."""
     span = _span(key, text) if text else None
-    value: Any = 1.0 if is_of_instrument(key) else base_values(scene, [key])[key]
+    value: Any = _DROOP_START if key.endswith(".droop") else 1.0
+    if not is_of_instrument(key):
+        value = base_values(scene, [key])[key]
     is_open = is_of_instrument(key) or (isinstance(value, float) and not abs(value) > 0)  # 0, NaN
     if span is not None and is_open:
         value = sum(span) / 2
@@ -356,7 +378,11 @@ class OfTraces(Model):
         self._added: dict[int, list[str]] = {}  # keys by places of gauges
         for key in free.added:
             self._added.setdefault(self._place(place_of(key)), []).append(key)
-        self._gains = {self._place(place_of(key)): key for key in free.keys if place_of(key)}
+        of_gauges = {key: place_of(key) for key in free.keys if place_of(key)}
+        self._gains, self._droops = (
+            {self._place(place): key for key, place in of_gauges.items() if key.endswith(kind)}
+            for kind in (".gain", ".droop")
+        )
         self._series = [
             series for k, file in enumerate(files) for series in self._compared(k, *file)
         ]
@@ -398,6 +424,10 @@ class OfTraces(Model):
                 left = force[:quiet] - before @ np.linalg.lstsq(before, force[:quiet])[0]
                 noise = noise_before(left, 1.0, resolution_of(force)).deviation
             noise = max(noise, float(LEAST_NOISE * np.max(np.abs(expected.force[:, k]))))
+            allowed = "needs samples before the pulse arrives, when the amplifier has no charge"
+            require(
+                place not in self._droops or quiet > 0, self._droops.get(place, ""), None, allowed
+            )
             compared.append(Series(
                 at, place, time, force / noise, noise, quiet, block, columns,
                 np.linalg.pinv(columns).astype(np.float64),
@@ -424,13 +454,14 @@ class OfTraces(Model):
         times, place = np.unique(clipped, return_inverse=True)
         history = motion_at(scene, times, rtol or self._rtol, self._deadline)
         force = read_in(scene, self.gauges, history)[place, self._gauge] * (places >= 0)
-        values = self.free.values(x)
-
-        def gain(gauge: int) -> float:
-            return values.get(GAIN, 1.0) * values.get(self._gains.get(gauge, ""), 1.0)
-
-        pairs = zip(self._series, self._parts(force), strict=True)
-        return [gain(series.gauge) / series.noise * part for series, part in pairs]
+        parts, values = self._parts(force), self.free.values(x)
+        for k, series in enumerate(self._series):
+            if series.gauge in self._droops:
+                constant = values[self._droops[series.gauge]]
+                parts[k] = drooped(series.time, parts[k], constant)
+            gains = values.get(GAIN, 1.0), values.get(self._gains.get(series.gauge, ""), 1.0)
+            parts[k] = np.prod(gains) / series.noise * parts[k]
+        return parts
 
     def _read(self, x: FloatArray, rtol: float | None) -> FloatArray:
         pairs = zip(self._series, self._forces(x, rtol), strict=True)

@@ -15,6 +15,7 @@ import hertzchain as hc
 from hertzchain.engines.native import backend
 from hertzchain.errors import HertzchainError, SceneError
 from hertzchain.lab import model
+from hertzchain.lab.model import drooped
 from tests.command_line import Command
 from tests.conftest import STEEL, paper_scene
 from validation import experiments
@@ -383,7 +384,7 @@ def test_the_command(tmp_path: Path, hertzchain: Command) -> None:
 # What instruments add to forces, and what a fit that has it free gives again
 
 
-DRIFT = 0.05  # parts of each peak over a record
+DRIFT, CONSTANT = 0.05, 4e-4  # parts of each peak over a record; time constant [s]
 
 
 def shown(noise: float, seed: int = 0, **what: Any) -> tuple[pd.DataFrame, dict[str, float]]:
@@ -397,6 +398,8 @@ def shown(noise: float, seed: int = 0, **what: Any) -> tuple[pd.DataFrame, dict[
     for gauge, gain, sign in (("gauge_4", 1.0, 1), ("gauge_9", what.get("gain", 1.0), -1)):
         force = np.append(np.zeros(400), clean[f"{gauge}_N"])
         peak, length = float(force.max()), float(np.ptp(time))
+        if gauge == "gauge_9" and "droop" in what:
+            force = drooped(time.astype(np.float64), force, what["droop"])
         added = {
             "offset": 0.1 * sign * peak,
             "drift": what.get("drift", 0.0) * sign * peak / length,
@@ -433,6 +436,26 @@ def test_gain_offset_and_drift() -> None:
         assert value.value == pytest.approx(other.value, rel=1e-6)
 
 
+def test_droop() -> None:
+    traces, truth = shown(0.01, seed=2, droop=CONSTANT)
+    fit = hc.fit(START, traces, [*FREE, "gauge_9.droop=0.1 ms:10 ms"])
+    holds(fit, truth | {"gauge_9.droop": CONSTANT})
+
+
+def test_a_charge_amplifier_forgets_a_step_by_its_time_constant() -> None:
+    """Its answer to a ramp of 1 N/s is tau (1 - exp(-t / tau)), also across a gap."""
+    time = np.delete(np.linspace(0.0, 5.0, 501), slice(200, 240))
+    expected = 2.0 * -np.expm1(-time / 2.0)
+    np.testing.assert_allclose(drooped(time, time + 7.0, 2.0), expected, atol=1e-12)
+
+
+def test_droop_needs_the_charge_at_the_start() -> None:
+    traces, _ = shown(0.01)
+    late = traces[traces["gauge_4_N"].idxmax() - 20 :]
+    with pytest.raises(SceneError, match=r"gauge_4\.droop: needs samples before the pulse"):
+        hc.fit(TRUE, late, ["striker.velocity", "gauge_4.droop"], clock="shared")
+
+
 def test_a_drift_of_each_record() -> None:
     """Two files of one gauge have clocks, offsets and drifts of their own, and one gain."""
     (first, truth), (two, _) = (shown(0.01, seed, gain=1.06, drift=DRIFT) for seed in (3, 4))
@@ -465,9 +488,9 @@ def test_a_drift_gets_a_remark_that_says_how_to_free_it() -> None:
         (["striker.velocity", "wall.gain"], "is not a gauge of a scene without"),
         (["striker.velocity", "gauge_4.drift=1:2"], "has no range"),
         (["striker.velocity", "gauge_4.gain=2:1"], "must be the ends of its range"),
-        (["striker.velocity", "gauge_4.gian"], "is not a key of a gauge: it has gain, offset"),
+        (["striker.velocity", "gauge_4.gian"], "is not a key of a gauge: it has gain, droop"),
         (["striker.velocity", "gauge_4.drift[2]"], "is not a key of a gauge"),
-        (["gauge_4.drift"], "must have a key of the scene or a gain, too"),
+        (["gauge_4.drift"], "must have a key of the scene, a gain or a droop, too"),
         (["striker.velocity", "gauge_4.drift", "gauge_4.drift"], "names a key twice"),
         (["chain.granules"], "must have a number other than 0"),
         (["chain.gap"], "must have a number other than 0"),
@@ -489,11 +512,13 @@ def test_intervals_hold_the_truth_in_95_of_100_with_what_instruments_add() -> No
     """20 experiments: 95 %, less three binomial deviations of 20 chains."""
     held = []
     for seed in range(20):
-        traces, truth = shown(0.01, seed, gain=1.06, drift=DRIFT)
+        traces, truth = shown(0.01, seed, gain=1.06, drift=DRIFT, droop=CONSTANT)
         of_gauges = [f"gauge_{k}.{kind}" for k in (4, 9) for kind in ("drift", "offset")]
-        fit = hc.fit(START, traces, [*FREE, *of_gauges, "gauge_9.gain"])
+        of_gauges += ["gauge_9.gain", "gauge_9.droop=0.1 ms:10 ms"]
+        fit = hc.fit(START, traces, [*FREE, *of_gauges])
         assert fit.is_noise, seed
-        truth |= {"gauge_9.gain": 1.06, **dict(zip(FREE, TRUTH, strict=True))}
+        of_gauge = {"gauge_9.gain": 1.06, "gauge_9.droop": CONSTANT}
+        truth |= of_gauge | dict(zip(FREE, TRUTH, strict=True))
         for value in fit.parameters:
             low, high = value.interval_95
             held.append(low < truth[value.key] < high)
