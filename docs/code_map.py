@@ -8,7 +8,7 @@ from pathlib import Path
 PACKAGE = Path(__file__).parent.parent / "hertzchain"
 
 CORE = (
-    "contact", "scene", "observables", "theory", "comparison",
+    "scene", "observables", "theory", "comparison",
     "external", "native", "lammps", "lammps.reading",
 )  # fmt: skip
 """Rooms to read first; ``tests/test_rooms.py`` keeps them apart from all others."""
@@ -20,7 +20,7 @@ PLACES = (
     "   cli", "  lab", "   sweeps", "   report", "   verdict known",
     " comparison", "  examiner pulses", "  slips",
     "theory native lammps liggghts yade", "  lammps.reading", " external", " observables",
-    " scene", " contact",
+    " scene",
 )  # fmt: skip
 """Rooms row by row; what nearly every room imports, and the registry of engines, is not drawn."""
 

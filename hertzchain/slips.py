@@ -21,7 +21,7 @@ from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps.dialect import BEFORE_ROOT_2, WITH_ROOT_2, tsuji
 from hertzchain.engines.native.backend import Native
 from hertzchain.engines.native.plan import METHODS, Method
-from hertzchain.engines.native.simulation import simulate
+from hertzchain.engines.native.simulation import simulate, simulate_damped
 from hertzchain.errors import RunFailed, SceneError, StepUnstable, TooExpensive
 from hertzchain.limits import Deadline
 from hertzchain.observables.error_bound import stable_step
@@ -264,12 +264,8 @@ class Case:
             how = {"method": "velocity-verlet", "dt": dt}
         try:
             if scene.contact is not None:
-                from hertzchain.engines.native import damped_runs
-
                 # Tolerance of a step, damped contacts: peaks are right to 2e-8 (measured)
-                damped = damped_runs.simulate_damped(
-                    scene, 1e-8, self.deadline, first=self.of_first_pulses
-                )
+                damped = simulate_damped(scene, 1e-8, self.deadline, first=self.of_first_pulses)
                 force, first = damped.peaks.force, damped.peaks.first
                 unit = scene.units.force
             else:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import functools
-import itertools
 import json
 import math
 from collections.abc import Callable
@@ -22,7 +21,6 @@ from hertzchain.arrays import FloatArray
 from hertzchain.errors import Unpredictable
 from hertzchain.observables.peaks import largest_difference
 from tests.drawn_scenes import any_scene, powers_of_ten, pulsed, tabled, under_a_force
-from tests.oracles.extrapolation import solve
 
 EPS = float(np.finfo(np.float64).eps)
 
@@ -200,57 +198,6 @@ def peaks_only_vs_the_full_chain(scene: hc.Scene, method: str | None) -> None:
         return
     assert np.array_equal(peaks.peak_force, full.peak_force)
     assert np.array_equal(peaks.peak_time, full.peak_time, equal_nan=True)
-
-
-def is_out_of_reach(scene: hc.Scene, rtol: float) -> bool:
-    """Return whether rounding errors may exceed the wanted accuracy, by the runs' own estimates.
-
-    Under pulses much longer than the chain granules collide repeatedly: docs/trust has LM_ratio
-    above about 100 on chains shorter than that. Elsewhere the oracle, which knows nothing of the
-    package, tells by how much two runs of its own differ. A hundredth of what is wanted is too
-    much: estimates are six times the difference of two runs, and where small errors grow one
-    difference may be ten times another.
-    """
-    if scene.momentum_ratio > max(100, scene.chain.granules):
-        return True
-    try:
-        return solve(scene).error > 0.01 * rtol
-    except ArithmeticError:  # chaotic
-        return True
-
-
-@holds_for(scene=any_scene)
-def wanted_accuracies_agree(scene: hc.Scene) -> None:
-    results = []
-    for rtol in (1e-3, 1e-6, 1e-9):
-        native = hc.Native(rtol=rtol, peaks_only=True)
-        results.append(answer(functools.partial(native.run, scene), scene))
-        assert results[-1].error_estimate <= rtol or is_out_of_reach(scene, rtol)
-    for first, two in itertools.combinations(results, 2):
-        within = first.error_estimate + two.error_estimate
-        assert largest_difference(first.peak_force, two.peak_force) <= within
-
-
-@holds_for(
-    scenes=st.integers(2, 40).flatmap(
-        lambda n: st.lists(
-            st.one_of(pulsed(st.just(n)), tabled(st.just(n))), min_size=2, max_size=4
-        )
-    ),
-    order=st.randoms(use_true_random=False),
-)
-def the_order_of_a_batch_does_not_matter(scenes: list[hc.Scene], order: Any) -> None:
-    places = list(range(len(scenes)))
-    order.shuffle(places)
-    try:
-        batch = hc.peak_forces(scenes, 1e-4)
-    except Unpredictable:
-        assert any(is_hard(scene) for scene in scenes)
-        assume(False)
-    two = hc.peak_forces([scenes[k] for k in places], 1e-4)
-    assert np.array_equal(two.peak_force, batch.peak_force[places])
-    assert np.array_equal(two.peak_time, batch.peak_time[places], equal_nan=True)
-    assert np.array_equal(two.error_estimate, batch.error_estimate[places])
 
 
 @holds_for(scene=any_scene, part=st.one_of(st.none(), powers_of_ten(-3, 0)))

@@ -18,7 +18,6 @@ PACKAGE = Path(hc.__file__).parent
 
 LEVELS = (
     ("errors", "arrays", "files", "limits", "progress", "shown"),
-    ("contact",),
     ("scene",),
     ("observables",),
     ("engines.external",),

@@ -20,7 +20,7 @@ import hertzchain as hc
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps import deck
 from hertzchain.engines.lammps.dialect import NO_FRICTION
-from hertzchain.engines.native import simulation
+from hertzchain.engines.native import backend, simulation
 from hertzchain.engines.native.simulation import Prepared
 from hertzchain.observables.samples import Samples
 from hertzchain.observables.watch import PeakWatch
@@ -28,7 +28,6 @@ from hertzchain.scene import schedule
 from hertzchain.scene.chain import Granules
 from hertzchain.scene.schedule import Leg
 from hertzchain.scene.shocks import Pulse, Ramp
-from hertzchain.verdict import run_checks
 from tests.oracles.in_numpy import simulate_in_numpy
 from validation.shipped import load
 
@@ -219,7 +218,7 @@ def peaks_of_samples_everywhere() -> Iterator[None]:
 
     with (
         peaks_of_samples(),
-        patch.object(run_checks, "simulate", in_numpy),
+        patch.object(backend, "simulate", in_numpy),
         patch.object(Prepared, "simulate", of_prepared),
     ):
         yield

@@ -11,8 +11,8 @@ from typing import Any, cast
 import numpy as np
 
 import hertzchain as hc
-from hertzchain.contact import hertz
 from hertzchain.errors import HertzchainError
+from hertzchain.scene import hertz
 from hertzchain.scene.chain import length_and_time
 from hertzchain.scene.shocks import PROFILES, profile_named
 from hertzchain.scene.terms import DAMPING, WALLS, DampingLaw, WallKind, granules_of

@@ -669,7 +669,7 @@ def step_length(deck: Deck) -> Found:
     import numpy as np
     from scipy.linalg import eigvalsh_tridiagonal
 
-    from hertzchain.contact import hertz
+    from hertzchain.scene import hertz
 
     (stiffness, exponent), mass = law, granules.mass
     if not np.all(np.abs(exponent - 1.5) < 0.01) or np.any(mass <= 0):

@@ -12,10 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray, Quantity
-from hertzchain.contact import hertz
 from hertzchain.errors import StepUnstable, Unpredictable, require
 from hertzchain.observables.first_pulse import FirstPulses
 from hertzchain.observables.peaks import ESTIMATED, judged_contacts, largest_difference
+from hertzchain.scene import hertz
 from hertzchain.scene.chain import force_scale
 from hertzchain.scene.keys import keys_of
 from hertzchain.scene.scene import Scene

@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
-from hertzchain.contact import hertz
 from hertzchain.errors import require
 from hertzchain.observables.samples import DampedLaw
+from hertzchain.scene import hertz
 from hertzchain.scene.chain import NaturalUnits
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.terms import Gauge
@@ -151,9 +151,9 @@ class Signals:
 
     def watch(self, unit: float = 1.0) -> Watch:
         """Return a watch for a run in these units; ``unit`` is the natural unit of force."""
-        from hertzchain.observables.observer import LEAST, signals_of, watch_of
+        from hertzchain.observables.observer import LEAST, watch_of
 
-        signals = signals_of(self.law, self.static, self.places)
+        signals = self.law.signals(self.static, self.places)
         signals["least"] = LEAST * (unit + signals["static"])
         signals["slowness"][: self.slowness.size] = self.slowness
         signals["above"] = signals["static"] + signals["least"]

@@ -325,7 +325,7 @@ class _Signal:
         self._weight = 1.0 if gauge.granule is None else 0.5
         self._time = motion.time
         unknown = np.full((1, self._time.size, len(places)), np.nan)
-        self._signals = observer.signals_of(motion.law)[places]
+        self._signals = motion.law.signals()[places]
         self._motion = np.concatenate([motion.overlap[:, :, places], unknown])
         self._force = np.ascontiguousarray(motion.force[:, places])
         self._static = motion.static[places]

@@ -20,13 +20,13 @@ from hertzchain.observables.observer import (
     State,
     Step,
     Watch,
+    acting_rate,
     curvature_at,
     curve_of,
     extrema,
     force_at,
     has_news,
     law_of,
-    law_rate,
     look,
     rate_at,
     slope_at,
@@ -214,7 +214,7 @@ def keep_loads(
     Parameters
     ----------
     signals, loads
-        See ``observer.signals_of``: those of contacts alone, with static forces of 0; changed.
+        See ``DampedLaw.signals``: those of contacts alone, with static forces of 0; changed.
     time, motion, force
         Increasing, shape (samples,); overlaps and their first three derivatives, shape
         (4, samples, contacts), the third NaN where it is not known; contact forces of the run,
@@ -329,7 +329,8 @@ def forces_at(
 @part
 def _rate_of(state: State, scale: float, stiffness: float, damping: float, s: Record) -> float:
     """Rate of the force of a contact of a signal at an end of a step."""
-    return float(scale * law_rate(max(state[0], 0.0), state[1], state[2], stiffness, damping, s))
+    overlap, exponent = max(state[0], 0.0), s.exponent
+    return float(scale * acting_rate(overlap, state[1], state[2], stiffness, damping, exponent))
 
 
 @compiled_and_kept()

@@ -13,8 +13,7 @@ the next, so that neither a dip nor a hump between the ends of a step is missed.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,19 +27,6 @@ State = tuple[float, float, float, float]
 
 Polynomial = tuple[float, float, float, float, float, float, float, float]
 """Coefficients of an overlap in a step over the place s in it, from 0 to 1; s^7 is the last."""
-
-
-class ContactLaw(Protocol):
-    """The fields of ``samples.DampedLaw`` that make signals."""
-
-    @property
-    def stiffness(self) -> FloatArray: ...  # noqa: D102
-    @property
-    def damping(self) -> FloatArray: ...  # noqa: D102
-    @property
-    def exponent(self) -> float: ...  # noqa: D102
-    @property
-    def attraction(self) -> bool: ...  # noqa: D102
 
 
 _BINOMIAL = (1.0, 6.0, 15.0, 20.0, 15.0, 6.0, 1.0)
@@ -349,32 +335,6 @@ def watch_of(signals: Records, contacts: int) -> Watch:
     )  # fmt: skip
 
 
-def signals_of(
-    law: ContactLaw, static: FloatArray | None = None, pairs: Sequence[tuple[int, int]] = ()
-) -> Records:
-    """Return the signals of all contacts, then of gauges in granules, with their ``DampedLaw``.
-
-    ``static`` is the static force of each contact, 0 by default; ``pairs`` are the places of both
-    contacts of each gauge; -1: it has one only. All is in the units of the law.
-    """
-    contacts = law.stiffness.size
-    static = np.zeros(contacts) if static is None else static
-    alone = np.stack([np.arange(contacts), np.full(contacts, -1)], axis=1)
-    contact, other = np.concatenate([alone, np.reshape(np.array(pairs, np.int64), (-1, 2))]).T
-    signals = np.zeros(contact.size, SIGNAL)
-    has_other = other >= 0
-    signals["contact"], signals["other"] = contact, other
-    signals["weight"] = np.where(np.arange(contact.size) >= contacts, 0.5, 1.0)
-    signals["fallen"] = len(FALLS)
-    for name, values in (("stiffness", law.stiffness), ("damping", law.damping)):
-        signals[name] = values[contact]
-        signals[f"other_{name}"] = np.where(has_other, values[other], 0.0)
-    held = static[contact] + np.where(has_other, static[other], 0.0)
-    signals["static"] = signals["weight"] * held
-    signals["exponent"], signals["attracts"] = law.exponent, law.attraction
-    return signals
-
-
 # ---- The force of a signal within a step
 
 
@@ -425,12 +385,6 @@ def law_of(d: float, w: float, stiffness: float, damping: float, s: Record) -> f
 
 
 @part
-def law_rate(d: float, w: float, bend: float, stiffness: float, damping: float, s: Record) -> float:
-    """Rate of that force, where it is not limited to 0."""
-    return acting_rate(d, w, bend, stiffness, damping, s.exponent)
-
-
-@part
 def force_at(p: Piece, place: float, s: Record) -> float:
     """Dynamic force of a signal at a place of a step, from 0 to 1."""
     w = slope_at(p.a, place) / p.h
@@ -447,11 +401,11 @@ def force_at(p: Piece, place: float, s: Record) -> float:
 def rate_at(p: Piece, place: float, s: Record) -> float:
     """Rate of the force of a signal at a place of a step."""
     w, bend = slope_at(p.a, place) / p.h, curvature_at(p.a, place) / (p.h * p.h)
-    rate = p.scale * law_rate(value_at(p.a, place), w, bend, s.stiffness, s.damping, s)
+    rate = p.scale * acting_rate(value_at(p.a, place), w, bend, s.stiffness, s.damping, s.exponent)
     if s.other_stiffness > 0.0:
         w, bend = slope_at(p.b, place) / p.h, curvature_at(p.b, place) / (p.h * p.h)
-        rate += p.other_scale * law_rate(
-            value_at(p.b, place), w, bend, s.other_stiffness, s.other_damping, s
+        rate += p.other_scale * acting_rate(
+            value_at(p.b, place), w, bend, s.other_stiffness, s.other_damping, s.exponent
         )
     return s.weight * rate
 

@@ -15,7 +15,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray, or_none
-from hertzchain.contact import hertz
 from hertzchain.errors import SceneError, require
 from hertzchain.observables.error_bound import SHORTER, ContactErrors, columns
 from hertzchain.observables.first_pulse import FirstPulses
@@ -30,6 +29,7 @@ from hertzchain.observables.wave import (
     usual_wave,
     wave_between,
 )
+from hertzchain.scene import hertz
 from hertzchain.scene.file import sections_of
 from hertzchain.scene.scene import Scene, largest_overlap_ratio, overlap_warning
 from hertzchain.scene.shocks import Moving

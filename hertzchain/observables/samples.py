@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hertzchain.arrays import FloatArray
-from hertzchain.contact import hertz
 from hertzchain.errors import SceneError, require
 from hertzchain.limits import refuse_memory
+from hertzchain.scene import hertz
 from hertzchain.scene.chain import NaturalUnits
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
@@ -121,6 +121,33 @@ class DampedLaw:
             stiffness=self.stiffness * (units.length**1.5 / units.force),
             damping=self.damping * per_rate,
         )
+
+    def signals(
+        self, static: FloatArray | None = None, pairs: Sequence[tuple[int, int]] = ()
+    ) -> NDArray[np.void]:
+        """Return the signals of all contacts, then of gauges in granules: see ``observer.SIGNAL``.
+
+        ``static`` is the static force of each contact, 0 by default; ``pairs`` are the places of
+        both contacts of each gauge; -1: it has one only. All is in the units of the law.
+        """
+        from hertzchain.observables.observer import FALLS, SIGNAL
+
+        contacts = self.stiffness.size
+        static = np.zeros(contacts) if static is None else static
+        alone = np.stack([np.arange(contacts), np.full(contacts, -1)], axis=1)
+        contact, other = np.concatenate([alone, np.reshape(np.array(pairs, np.int64), (-1, 2))]).T
+        signals = np.zeros(contact.size, SIGNAL)
+        has_other = other >= 0
+        signals["contact"], signals["other"] = contact, other
+        signals["weight"] = np.where(np.arange(contact.size) >= contacts, 0.5, 1.0)
+        signals["fallen"] = len(FALLS)
+        for name, values in (("stiffness", self.stiffness), ("damping", self.damping)):
+            signals[name] = values[contact]
+            signals[f"other_{name}"] = np.where(has_other, values[other], 0.0)
+        held = static[contact] + np.where(has_other, static[other], 0.0)
+        signals["static"] = signals["weight"] * held
+        signals["exponent"], signals["attracts"] = self.exponent, self.attraction
+        return signals
 
     def elastic(self, overlap: FloatArray, contacts: Places = slice(None)) -> FloatArray:
         """Elastic force without damping; the last axis of the overlaps has some or all contacts."""
@@ -240,7 +267,7 @@ class Recorder:
     def update(self, samples: Samples, signals: NDArray[np.void]) -> None:
         """Interpolate at the wanted times that lie within these samples.
 
-        ``signals`` are those of the contacts: see ``observer.signals_of``.
+        ``signals`` are those of the contacts: see ``DampedLaw.signals``.
         """
         from hertzchain.observables.intervals import forces_at, motion_at
 

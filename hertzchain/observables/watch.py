@@ -38,26 +38,14 @@ def work_done(samples: Samples, ramp: Ramp, pushed: int = 0) -> float:
     return float(np.sum(np.ravel(_WEIGHTS / 2 * h) * ramp.force(times) * velocity[:, 0]))
 
 
-def times_on_held(contacts: int, has_wall: bool, fixed: NDArray[np.intp]) -> FloatArray:
-    """Return how often each contact force counts in the force on all held bodies, (contacts,).
-
-    Held bodies are a wall, and the ``fixed`` granules, counted from 0.
-    """
-    times = np.zeros(contacts)
-    times[-1] += has_wall
-    times[fixed[fixed > 0] - 1] += 1
-    times[fixed[fixed < contacts]] -= 1
-    return times
-
-
 class PeakWatch:
     """Keeps the largest force of each contact, energy lost in dampers and impulses, from samples.
 
     ``force`` and ``time`` describe the peaks, (contacts,); times are NaN without a force. ``law``
     is that of the contacts, in the units of the samples; ``inverse_mass`` is 1 / mass of each
     granule, shape (granules,), 0 for those that move as a piston does; ``on_held`` says how often
-    the force of each contact counts in that on a wall and fixed granules: see ``times_on_held``. If
-    granule 1 is a piston, its impulse on granule 2 is kept, too.
+    the force of each contact counts in that on a wall and fixed granules. If granule 1 is a piston,
+    its impulse on granule 2 is kept, too.
     """
 
     def __init__(
@@ -68,10 +56,10 @@ class PeakWatch:
         has_piston: bool = False,
     ) -> None:
         from hertzchain.observables.intervals import Loads
-        from hertzchain.observables.observer import ROOM, signals_of
+        from hertzchain.observables.observer import ROOM
 
         self.inverse_mass, self._has_piston = inverse_mass, has_piston
-        self.signals, contacts = signals_of(law), law.stiffness.size
+        self.signals, contacts = law.signals(), law.stiffness.size
         scale, at_most, at_least, at_touch, fastest, held, self.force = np.zeros((7, contacts))
         self.time = np.full(contacts, np.nan)
         held[: len(on_held)] = on_held
@@ -152,7 +140,11 @@ class Watch:
         self, scene: Scene, law: DampedLaw, inverse_mass: FloatArray, signals: Signals | None,
         recorder: Recorder | None, unit: float = 1.0,
     ) -> None:  # fmt: skip
-        held = times_on_held(law.stiffness.size, scene.wall is not None, scene.granules.fixed)
+        contacts, fixed = law.stiffness.size, scene.granules.fixed
+        held = np.zeros(contacts)
+        held[-1] += scene.wall is not None
+        held[fixed[fixed > 0] - 1] += 1
+        held[fixed[fixed < contacts]] -= 1
         self.seen = PeakWatch(law, inverse_mass, held, scene.piston is not None)
         self.recorder, self._pushed = recorder, scene.pushed
         self._inverse_mass = np.append(inverse_mass, 0.0)

@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray, Quantity
-from hertzchain.contact import hertz
 from hertzchain.errors import require
+from hertzchain.scene import hertz
 from hertzchain.scene.keys import Key, check, key, keys_of, optional
 
 MOST_UNLIKE_GRANULES = 1_000_000

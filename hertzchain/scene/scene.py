@@ -18,8 +18,8 @@ from typing import Any
 import numpy as np
 
 from hertzchain.arrays import FloatArray, Quantity
-from hertzchain.contact import hertz
 from hertzchain.errors import OverlapTooLarge, RunFailed, SceneError, require
+from hertzchain.scene import hertz
 from hertzchain.scene.chain import (
     MATERIAL,
     MEASURED,

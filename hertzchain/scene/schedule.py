@@ -10,8 +10,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from hertzchain.arrays import FloatArray, Quantity
-from hertzchain.contact import hertz
 from hertzchain.errors import TooExpensive
+from hertzchain.scene import hertz
 from hertzchain.scene.chain import (
     MOMENTUM_IN_NATURAL_UNITS,
     Granules,

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
-from hertzchain.contact import hertz
 from hertzchain.errors import SceneError, is_positive, require, require_one
+from hertzchain.scene import hertz
 from hertzchain.scene.chain import (
     MATERIAL,
     MEASURED,

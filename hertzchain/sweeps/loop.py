@@ -22,7 +22,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
-from hertzchain.contact import hertz
 from hertzchain.engines.lammps.backend import Lammps
 from hertzchain.engines.lammps.engine import Child
 from hertzchain.engines.native.backend import Native
@@ -31,6 +30,7 @@ from hertzchain.errors import BackendMissing, HertzchainError, RunFailed, TooExp
 from hertzchain.limits import RTOL, Deadline, usable_cores
 from hertzchain.observables.peaks import times_of_peaks
 from hertzchain.observables.wave import solitary_waves, transitions
+from hertzchain.scene import hertz
 from hertzchain.scene.chain import MOMENTUM_IN_NATURAL_UNITS, granule_mass, length_and_time
 from hertzchain.scene.scene import IMPOSSIBLE_OVERLAP
 from hertzchain.scene.schedule import watched_time

@@ -29,8 +29,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hertzchain.arrays import FloatArray
-from hertzchain.contact import hertz
 from hertzchain.errors import SceneError, require
+from hertzchain.scene import hertz
 from hertzchain.scene.chain import PAPER_MOMENTUM, Chain
 from hertzchain.scene.keys import Count, Positive
 from hertzchain.scene.shocks import PROFILES, Pulse

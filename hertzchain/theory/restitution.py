@@ -27,8 +27,8 @@ from typing import Annotated
 import numpy as np
 
 from hertzchain.arrays import FloatArray
-from hertzchain.contact import hertz
 from hertzchain.errors import require
+from hertzchain.scene import hertz
 from hertzchain.scene.chain import granule_mass, length_and_time
 from hertzchain.scene.keys import Key, NotNegative, check, key
 from hertzchain.scene.scene import Scene

@@ -16,9 +16,13 @@ from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps.backend import Lammps
 from hertzchain.engines.native import plan as plans
 from hertzchain.engines.native.backend import Native, by_velocity_verlet, with_end
-from hertzchain.engines.native.damped_runs import first_tolerance, simulate_damped
 from hertzchain.engines.native.plan import METHODS, Walker
-from hertzchain.engines.native.simulation import Simulation, simulate
+from hertzchain.engines.native.simulation import (
+    Simulation,
+    first_tolerance,
+    simulate,
+    simulate_damped,
+)
 from hertzchain.engines.registry import label_of
 from hertzchain.errors import BackendMissing, RunFailed, require
 from hertzchain.limits import TIME_LIMIT, Deadline

@@ -16,11 +16,10 @@ from hertzchain.engines.native.as_written import (
     on_stroke,
     samples_of,
     simulation_of,
-    start_of_motion,
 )
 from hertzchain.engines.native.equations import Chain
 from hertzchain.engines.native.plan import Stepper, SymplecticNystrom, Walker
-from hertzchain.engines.native.simulation import Simulation, softest
+from hertzchain.engines.native.simulation import Simulation, softest, start_of
 from hertzchain.limits import TIME_LIMIT, Deadline
 from hertzchain.observables.samples import Recorder, Samples
 from hertzchain.scene.scene import Scene
@@ -147,7 +146,7 @@ def simulate_in_numpy(
     # An opening contact costs in proportion to stiffness over mass.
     walker = replace(walker, tolerance=walker.tolerance * softest(scene))
     natural = [leg.in_units(units.time, units.force, units.length) for leg in walker.cut(legs)]
-    begin = start_of_motion(scene, start)
+    begin = start_of(scene, start)
     motion = begin.copy()
     blocks = integrate(chain, natural, walker, motion)
     deadline = Deadline(TIME_LIMIT)

@@ -16,13 +16,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hertzchain.arrays import FloatArray, Quantity
-from hertzchain.contact import hertz
 from hertzchain.limits import RTOL
 from hertzchain.observables import error_bound
 from hertzchain.observables.error_bound import OF_TIMES, ContactErrors, Peaks
 from hertzchain.observables.peaks import ESTIMATED, SIGNIFICANT, judged_contacts
 from hertzchain.observables.samples import Samples
 from hertzchain.observables.watch import PeakWatch
+from hertzchain.scene import hertz
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
 from hertzchain.scene.terms import Contact, Wall

@@ -11,7 +11,6 @@ from pathlib import Path
 import numpy as np
 
 from hertzchain.arrays import FloatArray
-from hertzchain.contact import hertz
 from hertzchain.engines.external.accuracy import Softening, round_off
 from hertzchain.engines.external.terms import wall_position
 from hertzchain.errors import OverlapTooLarge, RunFailed
@@ -21,6 +20,7 @@ from hertzchain.observables.first_pulse import Signals
 from hertzchain.observables.result import Balance
 from hertzchain.observables.samples import DampedLaw, Recorder, Samples, closing, true_forces
 from hertzchain.observables.watch import PeakWatch, Watch
+from hertzchain.scene import hertz
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
 

@@ -13,10 +13,9 @@ from typing import Any
 import numpy as np
 
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.native.damped_runs import accurate
 from hertzchain.engines.native.equations import Chain
 from hertzchain.engines.native.plan import Walker
-from hertzchain.engines.native.simulation import Run, Simulation, start_of
+from hertzchain.engines.native.simulation import Run, Simulation, accurate, start_of
 from hertzchain.errors import RunFailed
 from hertzchain.limits import Deadline, refuse_memory
 from hertzchain.observables.error_bound import SAFETIES, diverged
@@ -31,37 +30,21 @@ LONGEST = 0.2
 """The longest step of SciPy, natural time units of the fastest contact (chosen): a granule that
 flies at another does not pass through its contact within a step."""
 
-_SCIPY_TOLERANCE_RATIO, _LEAST_SCIPY_TOLERANCE = 0.01, 3e-14
-"""Tolerance of SciPy over the wanted one; and the least relative tolerance that SciPy takes.
-SciPy's error is a mean that includes resting granules, and scales with displacements of granules
-that fly off: a part of 1 lost 1.4e-6 of the demo's energy at 2e-8, this one 7e-9."""
+SAMPLES = 4
+"""Samples of the dense output in the longest step of damped contacts (chosen): forces bend where
+contacts close. Elastic contacts need none but the ends of steps, as third derivatives are known
+there."""
 
-_SAMPLES, _JUDGING_SAMPLES = 4, 16
-"""Samples of the dense output in the longest step of damped contacts (chosen), and where their
-peaks judge the compiled loops: forces bend where contacts close. Elastic contacts need none but the
-ends of steps, as third derivatives are known there."""
+BLOCK_SAMPLES = 256
+"""Samples that are processed together: with 60 granules they fit into a cache of 1 MB."""
 
-_OPEN_GAP_RATIO = 10.0
-"""Gap at which a contact has opened, over the absolute tolerance (chosen): granules ahead of the
-wave rest within errors of this size."""
-
-_BLOCK_SAMPLES, _NUMBERS_PER_GRANULE = 256, 20
-"""Samples passed on together by the paper's method (chosen): enough for NumPy's cost per call, and
-little memory; and the numbers kept for each granule and sample (counted)."""
-
-_ELASTIC_FLOOR, _DAMPED_FLOOR = 20.0, 1.2
-"""Least bound of the error over the tolerance: a difference of two runs can be small by chance.
-Measured in 180 elastic chains with weak pulses: an error of 18 tolerances with a difference of 2.4.
-Dampers end the late collisions that do so (chosen)."""
-
-_RTOL, _LOOSER_RATIO, _STEP_RATIO = 5e-11, 20.0, 0.6
-"""Tolerance of the run that judges the compiled loops, how much looser another one is, and how much
-shorter its longest step: a dashpot that opens and closes within a step is missed."""
+NUMBERS_PER_SAMPLE = 20
+"""Numbers kept for each granule and sample of a block (counted)."""
 
 
 def integrate(
     scene: Scene, chain: Chain, tolerance: float, longest: float, counted: list[int],
-    samples: int = _SAMPLES,
+    samples: int = SAMPLES,
 ) -> Iterator[tuple[Leg, Samples]]:  # fmt: skip
     """Integrate a scene by SciPy; yield each leg with successive samples, the first one known.
 
@@ -74,10 +57,13 @@ def integrate(
     from scipy.integrate import solve_ivp
 
     units, granules = scene.units, scene.bodies
-    u, v = start_of_motion(scene)
+    u, v = start_of(scene)
     is_damped = chain.is_damped
-    relative = max(_SCIPY_TOLERANCE_RATIO * tolerance, _LEAST_SCIPY_TOLERANCE)
-    absolute = _SCIPY_TOLERANCE_RATIO * tolerance * force_scale(scene.momentum_ratio)
+    # SciPy's error is a mean that includes resting granules, and scales with displacements of
+    # granules that fly off: a part of 1 lost 1.4e-6 of the demo's energy at 2e-8, 0.01 7e-9. SciPy
+    # takes no relative tolerance below 3e-14.
+    relative = max(0.01 * tolerance, 3e-14)
+    absolute = 0.01 * tolerance * force_scale(scene.momentum_ratio)
     for in_si in scene.schedule(scene.end_time):
         leg = in_si.in_units(units.time, units.force, units.length)
         if leg.stroke is not None:
@@ -86,7 +72,8 @@ def integrate(
         while time < leg.end:
             acting, changes = chain, None
             if not scene.is_plain:
-                acting, changes = _until_a_change(chain, u, _OPEN_GAP_RATIO * absolute)
+                # Granules ahead of the wave rest within errors of this size.
+                acting, changes = _until_a_change(chain, u, 10.0 * absolute)
 
             def rates(
                 time: float, state: FloatArray, leg: Leg = leg, acting: Chain = acting
@@ -132,13 +119,6 @@ def _until_a_change(chain: Chain, at_start: FloatArray, opened: float) -> tuple[
 
 def _force(leg: Leg, time: float) -> float:
     return 0.0 if leg.ramp is None else float(leg.ramp.force(time))
-
-
-def start_of_motion(scene: Scene, added: FloatArray | None = None) -> FloatArray:
-    """Return displacement and velocity at the start, natural units, shape (2, granules)."""
-    start = start_of(scene)
-    start = start if start.size else np.zeros((2, scene.bodies))
-    return np.array(start if added is None else start + added)
 
 
 def law_of(chain: Chain) -> DampedLaw:
@@ -205,7 +185,7 @@ def simulation_of(
 
 def simulate_in_scipy(
     scene: Scene, tolerance: float, deadline: Deadline, recorder: Recorder | None = None,
-    longer: float = 1.0, first: bool = False, samples: int = _SAMPLES,
+    longer: float = 1.0, first: bool = False, samples: int = SAMPLES,
 ) -> Simulation:  # fmt: skip
     """Integrate a scene once, with a tolerance; steps may be longer by a factor.
 
@@ -214,7 +194,7 @@ def simulate_in_scipy(
     chain, counted = Chain.of(scene), list[int]()
     longest = longer * (LONGEST * scene.contact_time) / scene.units.time
     blocks = integrate(scene, chain, tolerance, longest, counted, samples)
-    run = simulation_of(scene, chain, start_of_motion(scene), blocks, deadline, recorder, first)
+    run = simulation_of(scene, chain, start_of(scene), blocks, deadline, recorder, first)
     return replace(run, evaluations=sum(counted))
 
 
@@ -239,13 +219,18 @@ def judging_peaks(scene: Scene, deadline: Deadline) -> tuple[FloatArray, float]:
 
     It follows from the difference to a second run of SciPy, with a looser tolerance.
     """
-    shorter = 1.0 if scene.contact is None else _STEP_RATIO
+    is_elastic, tolerance = scene.contact is None, 5e-11
+    # A dashpot that opens and closes within a step is missed: the second run has shorter ones.
+    ways = ((tolerance, 1.0), (20.0 * tolerance, 1.0 if is_elastic else 0.6))
     tight, loose = (
-        simulate_in_scipy(scene, tolerance, deadline, None, longest, False, _JUDGING_SAMPLES).peaks
-        for tolerance, longest in ((_RTOL, 1.0), (_LOOSER_RATIO * _RTOL, shorter))
+        simulate_in_scipy(scene, each, deadline, None, longest, False, 4 * SAMPLES).peaks
+        for each, longest in ways
     )
-    floor = _ELASTIC_FLOOR if scene.contact is None else _DAMPED_FLOOR
-    errors = SAFETIES["erratic"].bounds([tight.differences(loose)], least=floor * _RTOL)
+    # A difference of two runs can be small by chance. Measured in 180 elastic chains with weak
+    # pulses: an error of 18 tolerances with a difference of 2.4. Dampers end the late collisions
+    # that do so.
+    least = (20.0 if is_elastic else 1.2) * tolerance
+    errors = SAFETIES["erratic"].bounds([tight.differences(loose)], least=least)
     return np.asarray(tight.force), errors.largest
 
 
@@ -263,8 +248,8 @@ class RungeKutta:
     ) -> Simulation:  # fmt: skip
         """Integrate the scene once, on legs [s, N] that are cut; no granule is left behind."""
         scene, units = self.scene, self.scene.units
-        refuse_memory(8.0 * _NUMBERS_PER_GRANULE * _BLOCK_SAMPLES * scene.bodies)
-        chain, start = Chain.of(scene), start_of_motion(scene)
+        refuse_memory(8.0 * NUMBERS_PER_SAMPLE * BLOCK_SAMPLES * scene.bodies)
+        chain, start = Chain.of(scene), start_of(scene)
         natural = [leg.in_units(units.time, units.force, units.length) for leg in legs]
         blocks = runge_kutta(chain, natural, start)
         run = simulation_of(scene, chain, start, blocks, self.deadline, recorder, self.first)
@@ -296,7 +281,7 @@ def runge_kutta(
                 v = v + h / 6 * (first + 2 * second + 2 * third + fourth)
             is_last = k == leg.steps - 1
             block.append((leg.end if is_last else begin + h, u, v))
-            if len(block) > _BLOCK_SAMPLES or is_last:
+            if len(block) > BLOCK_SAMPLES or is_last:
                 states = (np.array(values) for values in zip(*block, strict=True))
                 yield leg, samples_of(chain, leg, *states)
                 block = block[-1:]

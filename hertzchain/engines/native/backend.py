@@ -15,10 +15,20 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.native import damped_runs
 from hertzchain.engines.native import plan as plans
 from hertzchain.engines.native.plan import METHODS, Method, Walker
-from hertzchain.engines.native.simulation import Prepared, Run, Simulation, simulate, work_of
+from hertzchain.engines.native.simulation import (
+    LONG_RUN,
+    Prepared,
+    Run,
+    Simulation,
+    TooMuchWork,
+    accurate_by_events,
+    first_tolerance,
+    simulate,
+    simulate_damped,
+    work_of,
+)
 from hertzchain.errors import POSITIVE, HertzchainError, StepUnstable, is_positive, require
 from hertzchain.limits import RTOL, TIGHTEST, TIME_LIMIT, Deadline, check_time_limit
 from hertzchain.observables import error_bound
@@ -40,33 +50,6 @@ from hertzchain.scene.schedule import Leg
 if TYPE_CHECKING:
     from hertzchain.engines.native.as_written import RungeKutta
     from hertzchain.observables.compiling import Watched
-
-
-_SECOND_ACCURACY_RATIO = 1e-3
-"""Accuracy of the second accurate run, which gives the error, over that of the first (chosen)."""
-
-_REFINED_WORK_RATIO = 5.0
-"""Work of refined steps, over that of equal ones, where all granules fly at others (measured: 4
-to 7)."""
-
-_ADAPTIVE_WORK, _ADAPTIVE_SHARE_OF_WORK = 1e7, 0.1
-"""Work of a run, in force evaluations of a granule, above which adaptive steps are tried first:
-about 10 ms (chosen). Their first run may take this share of the work: its evaluations cost four
-times as much (measured). Where the first run is given up, the whole usually takes a tenth
-longer."""
-
-_LOOSER_RUN_RTOL = 1e-9
-"""Accuracy below which errors of pulses are differences from a looser run, not from a tighter one
-(chosen)."""
-
-_FEW_CONTACTS = 3
-"""Contacts below which a third run is made: one difference of so few may be small by chance.
-
-In one of 3,000 random scenes, of two granules, it was 60 times too small.
-"""
-
-_LEAST_DIFFERENCE_RATIO = 10.0
-"""Least ratio of a difference to the error of the accurate run (chosen)."""
 
 _END_RTOL, _MOST_END_WORK = 1e-6, 1e9
 """Accuracy of a run for its end alone, and its largest work, in force evaluations of a granule:
@@ -134,10 +117,11 @@ class Native:
             require(alone, "rtol", self.rtol, allowed)
             plans.check(self.rtol)
         if self.method == "scipy":
-            allowed = "must be left out for method scipy, which drops no granules"
-            require(not self.peaks_only, "peaks_only", self.peaks_only, allowed)
-            allowed = "must be left out for method scipy, which chooses its own steps"
-            require(self.dt is None, "dt", self.dt, allowed)
+            allowed = (
+                "must be left out for method scipy, which keeps all granules and chooses steps"
+            )
+            for name, value in (("peaks_only", self.peaks_only), ("dt", self.dt)):
+                require(not value, name, value, allowed)
         check_wanted(self.wanted)
         check_time_limit(self.time_limit)
 
@@ -255,8 +239,8 @@ class Native:
     def _recorded(self) -> tuple[Native, Native]:
         """Engines of two recorded runs: this one, and one whose errors are far from its own."""
         engine = replace(self, peaks_only=False)
-        is_tight = self.method == "reference" or (self.rtol or RTOL) < _LOOSER_RUN_RTOL
-        rtol = 10 * _LOOSER_RUN_RTOL if is_tight else TIGHTEST
+        is_tight = self.method == "reference" or (self.rtol or RTOL) < 1e-9
+        rtol = 1e-8 if is_tight else TIGHTEST
         return engine, replace(engine, method=None, dt=None, rtol=rtol)
 
     def _as_asked(self, scene: Scene, recorder: Recorder | None, deadline: Deadline) -> Run:
@@ -271,7 +255,13 @@ class Native:
         if is_damped:
             run = by_velocity_verlet(scene, legs, deadline, recorder, first=self._first)
         else:
-            prepared = self._prepared(scene, deadline)
+            prepared: Prepared | RungeKutta
+            if name == "rk4":
+                from hertzchain.engines.native.as_written import RungeKutta
+
+                prepared = RungeKutta(scene, deadline, self._first)
+            else:
+                prepared = Prepared.of(scene, deadline, first=self._first)
             run = prepared.simulate(legs, method.walker, recorder, leave_behind=self.peaks_only)
         if is_damped or (not scene.is_plain and (method.walker.stepper.order == 2 or is_long)):
             errors = self._true_errors(scene, run, deadline)
@@ -279,14 +269,6 @@ class Native:
             errors = _errors_of_steps(prepared, legs, method, run)
         error_bound.refuse_meaningless("native", errors.least, is_long)
         return Run(name, longest, run, errors)
-
-    def _prepared(self, scene: Scene, deadline: Deadline) -> Prepared | RungeKutta:
-        """Return the integrator of a scene with elastic contacts: compiled, or the paper's."""
-        if self.method != "rk4":
-            return Prepared.of(scene, deadline, first=self._first)
-        from hertzchain.engines.native.as_written import RungeKutta
-
-        return RungeKutta(scene, deadline, self._first)
 
     @property
     def _first(self) -> bool:
@@ -299,10 +281,10 @@ class Native:
         Runs with other steps could have the same error, for example where a later blow is the
         hardest.
         """
-        for rtol in (RTOL, _SECOND_ACCURACY_RATIO * RTOL):
+        for rtol in (RTOL, 1e-3 * RTOL):
             accurate = self.accurate_enough(scene, None, deadline, rtol)
             differences, errors = accurate.simulation.peaks.differences(run.peaks), accurate.errors
-            if differences.wanted > _LEAST_DIFFERENCE_RATIO * errors.wanted:
+            if differences.wanted > 10.0 * errors.wanted:  # the errors are those of ``run``
                 break
         error_bound.refuse_meaningless("native", errors.least, too_long=False)
         return differences.plus(errors)
@@ -317,23 +299,26 @@ class Native:
 
             return accurate_in_scipy(scene, rtol, deadline, recorder, first)
         if scene.contact is not None:
-            return damped_runs.accurate_enough(scene, rtol, deadline, recorder, first=first)
+            return accurate_by_events(scene, rtol, deadline, recorder, first=first)
         hard = error_bound.amplifies_errors(scene)
         tries = hard and first
         plan = plans.first_plan(rtol, hard, first)
-        prepared = self._prepared(scene, deadline)
+        prepared = Prepared.of(scene, deadline, first=first)
         before, cost, adaptive, aim = math.inf, 0.0, None, rtol
-        expensive, refined = math.inf if scene.is_plain else _ADAPTIVE_WORK, 1.0
+        expensive, refined = math.inf, 1.0
         if not scene.is_plain:
-            refined += _REFINED_WORK_RATIO * float(np.mean(scene.granules.gap > 0))
+            # Where all granules fly at others, refined steps are 4 to 7 times the work (measured).
+            expensive, refined = LONG_RUN, 1.0 + 5.0 * float(np.mean(scene.granules.gap > 0))
         for left in reversed(range(plans.TRIES)):
             legs = plan.legs(scene)
             cost = max(cost, refined * work_of(scene, legs, plan.walker.stepper.stages))
             if cost > expensive:
                 expensive = 2 * cost
-                with suppress(damped_runs.TooMuchWork, StepUnstable):
-                    adaptive = damped_runs.accurate_enough(
-                        scene, rtol, deadline, recorder, _ADAPTIVE_SHARE_OF_WORK * cost, first
+                with suppress(TooMuchWork, StepUnstable):
+                    # Its evaluations cost four times as much (measured). Where the first run takes
+                    # more than this share it is given up, and the whole takes a tenth longer.
+                    adaptive = accurate_by_events(
+                        scene, rtol, deadline, recorder, 0.1 * cost, first
                     )
                     if adaptive.errors.wanted <= rtol:
                         return adaptive
@@ -345,7 +330,9 @@ class Native:
                 tries, hard, plan, before = False, True, plans.cheapest(aim, hard=True), math.inf
                 continue
             twice = scene.piston is not None or (before < math.inf and not scene.is_plain)
-            twice |= len(scene.contacts) < _FEW_CONTACTS
+            # One difference of so few contacts may be small by chance: in one of 3,000 random
+            # scenes, of two granules, it was 60 times too small.
+            twice |= len(scene.contacts) < 3
             errors = _errors_of_plan(prepared, legs, plan, run, rising or twice)
             error, cost = errors.wanted, run.evaluations * scene.bodies
             if error <= rtol or plan.hopeless(error, before, cost):
@@ -362,26 +349,23 @@ class Native:
             plan, before = plan.closer(rtol, error, has_terms=not scene.is_plain), error
         if adaptive is not None and adaptive.errors.wanted < error:
             how = scene, rtol, deadline, recorder
-            return damped_runs.accurate_enough(*how, first=first) if recorder else adaptive
+            return accurate_by_events(*how, first=first) if recorder else adaptive
         return Run(plan.method, max(leg.dt for leg in legs), run, errors)
 
     def _once(
-        self, prepared: Prepared | RungeKutta, scene: Scene, plan: plans.Plan,
-        recorder: Recorder | None,
-    ) -> tuple[Scene, tuple[Leg, ...], Simulation]:  # fmt: skip
+        self, prepared: Prepared, scene: Scene, plan: plans.Plan, recorder: Recorder | None
+    ) -> tuple[Scene, tuple[Leg, ...], Simulation]:
         """Run a scene by a plan; return it with the end of its run, its legs, and the run."""
         legs, usual = plan.first_legs(scene, self._first)
+        run = prepared.simulate(legs, plan.walker, recorder, self.peaks_only, usual)
         if math.isnan(usual):
-            run = prepared.simulate(legs, plan.walker, recorder, leave_behind=self.peaks_only)
             return scene, legs, run
-        assert isinstance(prepared, Prepared)
-        run = prepared.simulate(legs, plan.walker, usual=usual)
         scene = scene.until(run.end * scene.units.time)
         return scene, plan.legs(scene), run
 
 
 def _errors_of_plan(
-    prepared: Prepared | RungeKutta, legs: Sequence[Leg], plan: plans.Plan, run: Simulation,
+    prepared: Prepared, legs: Sequence[Leg], plan: plans.Plan, run: Simulation,
     twice: bool,
 ) -> ContactErrors:  # fmt: skip
     """Return bounds of the errors of a planned run, from one run or two with other steps.
@@ -487,9 +471,7 @@ def _end_of(scene: Scene, time_limit: float) -> float:
         deadline = Deadline(time_limit, lambda: preparation.time)
         if scene.contact is not None:
             error_bound.refuse_strong_dampers(scene)
-            run = damped_runs.simulate_damped(
-                scene, _END_RTOL, deadline, most_work=_MOST_END_WORK, first=True
-            )
+            run = simulate_damped(scene, _END_RTOL, deadline, most_work=_MOST_END_WORK, first=True)
         elif work_of(scene, plan.legs(scene), plan.walker.stepper.stages) > _MOST_END_WORK:
             return scene.end_time
         else:
@@ -511,7 +493,7 @@ def motion_at(scene: Scene, time: FloatArray, rtol: float, deadline: Deadline) -
         plan = plans.cheapest(rtol, hard=error_bound.amplifies_errors(scene))
         Prepared.of(scene, deadline).simulate(plan.legs(scene), plan.walker, recorder)
     else:
-        damped_runs.simulate_damped(scene, damped_runs.first_tolerance(rtol), deadline, recorder)
+        simulate_damped(scene, first_tolerance(rtol), deadline, recorder)
     in_si = units.length, units.velocity, units.force
     return recorder.history(time, *in_si, scene.first_granule)
 

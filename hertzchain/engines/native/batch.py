@@ -7,6 +7,7 @@ these. Other scenes run one by one.
 from __future__ import annotations
 
 import itertools
+import math
 import os
 import threading
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -14,7 +15,7 @@ from concurrent.futures import ThreadPoolExecutor
 from contextvars import copy_context
 from dataclasses import dataclass, field, replace
 from numbers import Integral
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -22,9 +23,9 @@ from numpy.typing import ArrayLike, NDArray
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.native import plan as plans
 from hertzchain.engines.native.backend import Native
+from hertzchain.engines.native.equations import WINDOW
 from hertzchain.engines.native.plan import Walker
 from hertzchain.engines.native.simulation import (
-    MOVING,
     code_of,
     room_for,
     steps_of,
@@ -61,19 +62,9 @@ from hertzchain.shown import Shown
 if TYPE_CHECKING:
     import pandas
 
-    from hertzchain.engines.native.elastic import Each
-
-
-_ANY = {"radius": 1.0, "young_modulus": 1e9, "poisson_ratio": 0.0, "density": 1000.0}
-_WEAK = 1e-6
-"""Material [SI units] and peak force [N] of scenes that are given by numbers alone: any values with
-small overlaps will do, as results are in natural units."""
 
 AT_ONCE = 256
 """Scenes that wait together for a free core (chosen)."""
-
-_PARTS_PER_CORE = 8
-"""Number of parts of a batch (chosen), so that all cores end at about the same time."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -177,17 +168,20 @@ def peak_forces(
     wanted = wanted or min(map(usually_wanted, given), key=WANTED.index)
     if wanted == "first" or not all(scene.is_plain for scene in given):
         return _one_by_one(given, rtol, time_limit, wanted)
-    pulses = [(scene.pulse, scene.momentum_ratio) for scene in given]
-    numbers = [(pulse.profile, ratio, pulse.duration_ratio) if pulse else ("", 1.0, 2.0)
-               for pulse, ratio in pulses]  # fmt: skip
+    # Those without a pulse, or with an end of their own, have no numbers.
+    numbers = [
+        (scene.pulse.profile, scene.momentum_ratio, scene.pulse.duration_ratio)
+        if scene.pulse is not None and scene.run.end_time is None
+        else ("", math.nan, math.nan)
+        for scene in given
+    ]
     profiles, ratio, n = map(np.array, zip(*numbers, strict=True))
     batch = plain_peaks(profiles, ratio, n, lengths[0], rtol, time_limit, scenes=given)
-    force, time = (np.array([[getattr(scene.units, name)] for scene in given])
-                   for name in ("force", "time"))  # fmt: skip
-    peak_force = batch.peak_force * force
+    force, time = np.array([(scene.units.force, scene.units.time) for scene in given]).T
+    peak_force = batch.peak_force * force[:, None]
     for k, (scene, largest) in enumerate(zip(given, peak_force.max(axis=1), strict=True)):
         refuse_deep_overlap(overlap_ratio(scene.chain, float(largest)), f"scene {k}: ")
-    peak_time = times_of_peaks(peak_force, batch.peak_time * time)
+    peak_time = times_of_peaks(peak_force, batch.peak_time * time[:, None])
     return replace(batch, peak_force=peak_force, peak_time=peak_time)
 
 
@@ -303,28 +297,31 @@ def plain_peaks(
 ) -> Batch:  # fmt: skip
     """Return the peaks of plain scenes in natural units: as ``similar_peak_forces``, unchecked.
 
-    Scenes whose largest error is known run once. The others run as single scenes do, with an
-    estimate of the error; they are made from their numbers unless ``scenes`` are given.
+    Scenes whose largest error is known run once. The others, also those whose numbers are NaN, run
+    as single scenes do, with an estimate of the error; they are made from their numbers unless
+    ``scenes`` are given.
     """
     import hertzchain.engines.native.elastic  # noqa: F401 - loaded before any clock starts
     from hertzchain.observables.compiling import Watched
 
     plans.check(rtol)
     check_time_limit(time_limit)
-    calibrated = plans.is_known(ratio, n, granules)
-    if scenes:
-        calibrated = np.array([plans.is_calibrated(scene) for scene in scenes])
-    chain, cores = Chain(granules, **_ANY), cores or usable_cores()
+    # Any material and peak force with small overlaps will do: results are in natural units.
+    chain = Chain(granules, radius=1.0, young_modulus=1e9, poisson_ratio=0.0, density=1000.0)
+    cores = cores or usable_cores()
 
     def scene_of(k: int) -> Scene:
         if scenes:
             return scenes[k]
         profile = profile_named(profiles[k])
-        return Scene(chain, Pulse(profile, _WEAK, float(n[k]), momentum_ratio=float(ratio[k])))
+        return Scene(chain, Pulse(profile, 1e-6, float(n[k]), momentum_ratio=float(ratio[k])))
 
     with Watched() as preparation:
         deadline = Deadline(time_limit, lambda: preparation.time)
-        shape, indices = (ratio.size, granules - 1), np.flatnonzero(calibrated)
+        shape, indices = (
+            (ratio.size, granules - 1),
+            np.flatnonzero(plans.is_known(ratio, n, granules)),
+        )
         refuse_memory(8.0 * 3 * ratio.size * granules)
         force, time = np.zeros(shape), np.full(shape, np.nan)
         error, evaluations = np.ones(ratio.size), np.zeros(ratio.size, np.int64)
@@ -374,46 +371,56 @@ def _pulse_rows(
     return rows
 
 
+class _Runs(NamedTuple):
+    """Results of scenes that run once.
+
+    Peak forces and times, shape (scenes, N - 1); the time reached by each and its force
+    evaluations, NaN where the motion diverged, shape (scenes,).
+    """
+
+    force: FloatArray
+    time: FloatArray
+    end: FloatArray
+    evaluations: FloatArray
+
+
 def _march_all(
     rows: FloatArray, walker: Walker, granules: int, deadline: Deadline, cores: int
-) -> Each:
+) -> _Runs:
     """Run scenes of one pulse each; ``rows`` has the legs for the kernels, (scenes, legs, 8)."""
     from hertzchain.engines.native import elastic, elastic_chain
 
     shape = len(rows), granules - 1
-    runs = elastic.Each(
-        np.zeros(shape), np.full(shape, np.nan), room_for(), *np.zeros((2, len(rows)))
-    )
-    steps, at_rest = steps_of(rows[0], walker), elastic_chain.Start(np.zeros((0, 0)), MOVING)
+    runs = _Runs(np.zeros(shape), np.full(shape, np.nan), *np.zeros((2, len(rows))))
+    steps, at_rest = steps_of(rows[0], walker), elastic_chain.Start(np.zeros((0, 0)), WINDOW)
+    record, ending = room_for(), elastic_chain.Ending(math.nan, True)
+    control = np.zeros(3)
 
-    def part(some: slice, control: FloatArray) -> None:
-        state, blank = (elastic_chain.at_the_start(granules) for _ in range(2))
-        of_part = elastic.Each(
-            runs.force[some], runs.time[some], runs.record, runs.end[some], runs.evaluations[some]
-        )
-        elastic.march_each(rows[some], steps, at_rest, state, blank, of_part, control)
+    def march(some: range) -> None:
+        for k in some:
+            outcome = elastic.march(
+                steps._replace(legs=rows[k]), None, at_rest, elastic_chain.at_the_start(granules),
+                elastic_chain.Seen(runs.force[k], runs.time[k], record), None, ending, control,
+            )  # fmt: skip
+            if outcome.status == elastic_chain.STOPPED:
+                return
+            has_diverged = outcome.status == elastic_chain.DIVERGED
+            runs.end[k] = outcome.end
+            runs.evaluations[k] = math.nan if has_diverged else outcome.evaluations
 
-    _in_parts(part, len(rows), deadline, cores)
-    return runs
-
-
-def _in_parts(
-    part: Callable[[slice, FloatArray], None], scenes: int, deadline: Deadline, cores: int
-) -> None:
-    """Call a function of a slice of scenes and ``control`` of a kernel, on all cores."""
-    size = max(1, -(-scenes // (cores * _PARTS_PER_CORE)))
-    parts = [slice(start, start + size) for start in range(0, scenes, size)]
-    control = np.zeros((len(parts), 3))
+    size = -(-len(rows) // (8 * cores))  # parts so small that all cores end at about the same time
+    parts = [range(start, min(start + size, len(rows))) for start in range(0, len(rows), size)]
     limit = min(max(0.0, deadline.left), threading.TIMEOUT_MAX)
     with ThreadPoolExecutor(cores) as pool:
         try:
-            list(pool.map(_run_in_context(part), parts, control, timeout=limit))
+            list(pool.map(_run_in_context(march), parts, timeout=limit))
         except BaseException as problem:
-            control[:, 0] = -1
+            control[0] = -1
             pool.shutdown(cancel_futures=True)
             if isinstance(problem, TimeoutError):
                 raise deadline.passed() from None
             raise
+    return runs
 
 
 def _run_in_context(part: Callable[..., Any]) -> Callable[..., Any]:

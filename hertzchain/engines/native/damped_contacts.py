@@ -21,6 +21,7 @@ from hertzchain.engines.native.elastic_chain import Array, Record, Seen
 from hertzchain.engines.native.equations import Chain
 from hertzchain.observables.compiling import ONE, compiled
 from hertzchain.observables.observer import (
+    PARTS,
     Polynomial,
     Step,
     Watch,
@@ -57,9 +58,6 @@ Pair = tuple[float, float]
 """A value and its rate, or the two ends of a step."""
 Stride = tuple[float, float, bool]
 """Begin and length of a step, and whether it is ``fresh``."""
-
-PARTS = 8
-"""Parts of a step in which a beginning or an end is searched."""
 
 
 # Loops over all granules take single arrays: passing a whole chain costs more than a short loop.
@@ -105,7 +103,7 @@ def force_rates(
         d = u[i] - u[i + ONE] - gap[i]
         w = v[i] - v[i + ONE]
         bend = a[i] - a[i + ONE]
-        steep = exponent * w * w / d if d > 1e-60 else 0.0
+        steep = exponent * w * w / d if d > TINY else 0.0
         d = d if d > 0.0 else 0.0
         damped = damping[i] * power_of(d, exponent) * (steep + bend)
         rate[i + ONE] = on[i] * (1.5 * stiffness[i] * np.sqrt(d) * w + damped)
@@ -254,12 +252,11 @@ def held(u: Array, i: int, c: Chain) -> float:
     return float(0.4 * c.stiffness[i] * d * d * math.sqrt(d)) if d > 0.0 else 0.0
 
 
+TINY = 1e-60
+"""Forces, overlaps and squares of errors that count as 0."""
+
 EVENT = 0.1
 """Error of velocity that a late change of mode may cause, over the tolerance of a step."""
-
-NEAR = 0.02
-"""Part of a step at its ends (chosen) in which a maximum has no error by interpolation: it is that
-of the middle times (4 s (1 - s))^4, 4e-5."""
 
 IDLE = 1e-3
 """Forces and overlaps too small to change a mode, over the tolerance of a step."""
@@ -441,7 +438,8 @@ def first_maximum(start: Motion, end: Motion, seen: Seen, h: float, hi: int, c: 
     first = 1.0
     for i in range(min(hi, seen.force.size)):
         force, s = _maximum(start, end, i, seen.force[i], h, c)
-        if force > 0.0 and NEAR < s < min(first, 1.0 - NEAR):
+        # Interpolation errs by (4 s (1 - s))^4 of its error in the middle of a step: 4e-5 here.
+        if force > 0.0 and 0.02 < s < min(first, 1.0 - 0.02):
             first = s
     return first
 

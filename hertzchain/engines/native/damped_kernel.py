@@ -19,6 +19,7 @@ from hertzchain.arrays import FloatArray
 from hertzchain.engines.native.damped_contacts import (
     EVENT,
     IDLE,
+    TINY,
     Indices,
     Motion,
     accelerations,
@@ -39,9 +40,11 @@ from hertzchain.engines.native.damped_contacts import (
     start_modes,
 )
 from hertzchain.engines.native.elastic_chain import (
+    CHECK,
     DIVERGED,
     DONE,
     END,
+    LOOK,
     PLACE,
     SHAPE,
     START,
@@ -63,7 +66,7 @@ from hertzchain.engines.native.elastic_chain import (
     is_stopped,
     momentum_of,
 )
-from hertzchain.engines.native.equations import Chain
+from hertzchain.engines.native.equations import WINDOW, Chain
 from hertzchain.observables.compiling import compiled, compiled_and_kept
 from hertzchain.observables.observer import Watch, power_of, usual_end
 
@@ -321,16 +324,6 @@ def gather(c: Chain, inside: Flags, into: Chain, chosen: Indices) -> int:
     return many
 
 
-_WINDOW_GRANULES = 8
-"""Granules that the window of moving granules grows by."""
-
-_LEAST_FORCE = 1e-60
-"""A force below which a granule ahead of the front stays at rest."""
-
-_LEAST_SQUARED_ERROR = 1e-60
-"""Square of an error that counts as 0."""
-
-
 @compiled
 def rate_of_dampers(u: Array, on: Array, hi: int, c: Chain) -> float:
     """Bound of the rates at which the dampers that act now stop motions.
@@ -449,8 +442,8 @@ def take_step(
             break
         f[place] = applied_force(leg, begin + past)
         forces(u1, v1, on, f, power, c.stiffness, c.damping, c.gap, c.exponent, hi)
-        if f[hi] > _LEAST_FORCE and hi < granules:
-            grown = min(hi + _WINDOW_GRANULES, granules)
+        if f[hi] > TINY and hi < granules:
+            grown = min(hi + WINDOW, granules)
             for j in range(stages):
                 for i in range(hi, grown):
                     k[j, i] = 0.0
@@ -485,7 +478,7 @@ def largest_error(
             by5 += fifth[s] * k[s, i]
             by3 += third[s] * k[s, i]
         square = by5 * by5
-        error = max(error, square / math.sqrt(square + 0.01 * by3 * by3 + _LEAST_SQUARED_ERROR))
+        error = max(error, square / math.sqrt(square + 0.01 * by3 * by3 + TINY))
         fastest = max(fastest, abs(v0[i]), abs(v1[i]))
     return size * error, fastest
 
@@ -500,56 +493,21 @@ def evaluate(at: Motion, on: Array, leg: Array, time: float, hi: int, c: Chain) 
     force_rates(at.u, at.v, at.a, on, at.r, c.stiffness, c.damping, c.gap, c.exponent, hi)
 
 
-_CHECKED_STEPS, _LEAST_MEAN_STEP = 5000, 1e-7
-"""Number of steps after which a run must have advanced, on average by this part of the longest step
-(chosen): within a second even in long chains."""
-
-CHECK = 4.0
-"""Natural time units between two checks whether the run is over."""
-
-_WORK_PER_LOOK = 1_000_000
-"""Work between two checks whether the run is to be stopped: about 4 ms."""
-
-STEP = 500.0
-"""Additional work of a step, in force evaluations of a granule (measured)."""
-
-_FIRST_STEP_RATIO, _FIRST_TOLERANCE_RATIO = 0.25, 0.001
-"""The longest first step of a contact over that of others, and its tolerance over theirs: estimates
-in tau can be small by chance, and with a tenth errors reach 64 tolerances."""
-
 _MOST_RELOCATIONS = 8
 """Most repetitions of a step for one change of modes; two or three are usual."""
-
-SLOWEST = 1e-3
-"""Speed below which errors are no longer judged by the largest speed, natural units (chosen)."""
-
-STABLE = 4.0
-"""Longest step times the rate at which dampers stop motions. At 5 the method leaves 0.06 of such a
-motion, at 6 half, and above 6.4 it makes it grow (derived from its coefficients). With longer steps
-errors grow to the tolerance, and modes change to and fro."""
-
-_STRONG_RATE = 4.0
-"""The rate, natural units, above which errors of forces are larger than those of velocities: that
-of a damper of 1 between granules of mass 1."""
-
-_LEAST_TOLERANCE = 1e-13
-"""Smallest tolerance of a step over the largest speed: below it is round-off (chosen)."""
-
-_LEAST_STEP_RATIO = 1e-14
-"""Shortest step over the time reached."""
-
-_LEAST_OVERLAP_RATIO = 1e-15
-"""Overlaps that displacements do not resolve, over the largest displacement: 4 units of its last
-digit. A contact that is open by less can be at rest in no mode, and steps would not advance."""
 
 
 @compiled
 def grain(u: Array, hi: int) -> float:
-    """Overlap below which displacements cannot show whether a contact is open."""
+    """Overlap below which displacements cannot show whether a contact is open.
+
+    It is 4 units of the last digit of the largest displacement. A contact that is open by less can
+    be at rest in no mode, and steps would not advance.
+    """
     farthest = 0.0
     for i in range(hi):
         farthest = max(farthest, abs(u[i]))
-    return _LEAST_OVERLAP_RATIO * farthest
+    return 1e-15 * farthest
 
 
 @compiled
@@ -583,17 +541,19 @@ def advance(
         time, fresh = run.time, run.fresh
         rate = max(rate_of_dampers(u0, on, run.hi, c), stable / longest)
         run.following = min(run.following, stable / rate)
-        strength = max(1.0, min(rate / _STRONG_RATE, tolerance / _LEAST_TOLERANCE))
+        # Above a rate of 4, that of a damper of 1 between granules of mass 1, errors of forces are
+        # larger than those of velocities. Tolerances below 1e-13 are round-off.
+        strength = max(1.0, min(rate / 4.0, tolerance / 1e-13))
         h, tried, target, smooth, changed = run.following, 0, -1, run.following, False
         is_cut = False
-        run.cost += STEP
+        run.cost += 500.0  # what a step adds, in force evaluations of a granule (measured)
         if time + 1.01 * h >= until:
             h = until - time
-        shortest = _LEAST_STEP_RATIO * (1.0 + abs(time))
+        shortest = 1e-14 * (1.0 + abs(time))
         while True:
             m = root if fresh else 1
             if fresh:
-                h = min(h, _FIRST_STEP_RATIO * longest)
+                h = min(h, 0.25 * longest)
             if fresh and run.kept < record.time.size and record.time[run.kept] > time + shortest:
                 h = min(h, record.time[run.kept] - time)
             hi = take_step(patch, method, leg, time, h, m, run.hi)
@@ -604,7 +564,8 @@ def advance(
                 v0, v1, room.k, method.fifth, method.third, h if m == 1 else h ** (1.0 / m), hi
             )  # fmt: skip
             allowed = run.allowed = tolerance * max(fastest, slowest)
-            judged = allowed * (_FIRST_TOLERANCE_RATIO if fresh else 1.0) / strength
+            # Estimates in tau can be small by chance: with a tenth errors reach 64 tolerances.
+            judged = allowed * (0.001 if fresh else 1.0) / strength
             error /= judged
             if error > 1.0 and h > shortest:
                 h *= max(0.1, 0.9 * error ** (-1 / 8)) ** m
@@ -700,12 +661,12 @@ def advance(
             until = min(leg_end, run.end)
         if run.cost >= steps.most_work:
             run.status = TOO_MUCH
-        if run.steps >= run.steps_before + _CHECKED_STEPS:
-            if not after > run.time_before + _CHECKED_STEPS * _LEAST_MEAN_STEP * longest:
+        if run.steps >= run.steps_before + 5000:  # within a second even in long chains
+            if not after > run.time_before + 5000 * 1e-7 * longest:
                 run.status = STUCK
             run.steps_before, run.time_before = run.steps, after
         if run.cost >= run.look:
-            run.look = run.cost + _WORK_PER_LOOK
+            run.look = run.cost + LOOK
             control[1], control[2] = after, control[2] + 1
             if is_stopped(control):
                 run.status = STOPPED

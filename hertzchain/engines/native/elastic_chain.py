@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.native.equations import Chain
+from hertzchain.engines.native.equations import WINDOW, Chain
 from hertzchain.observables.compiling import ONE, compiled, part
 from hertzchain.observables.compiling import Record as Fields
 from hertzchain.observables.observer import (
@@ -35,8 +35,12 @@ not advance."""
 DEEPEST = 60
 """Most halvings of a step; with more, time would not advance."""
 
-AHEAD = 8
-"""Granules that the window grows by; a whole number of vectors."""
+CHECK = 4.0
+"""Natural time units between two checks whether a run goes on, and of what to leave behind."""
+
+LOOK = 1_000_000
+"""Work between two checks whether a run is to be stopped, in force evaluations of a granule: 4 to
+10 ms."""
 
 LEAST = math.sqrt(float(np.finfo(np.float64).tiny))
 """The least overlap, the smallest normal number. Kernels that take it from NumPy, or use
@@ -217,12 +221,9 @@ PLACE, VELOCITY = FORCE_START, FORCE_END
 FREE_END = 1e30
 """Place of the granule beyond the free end: never reached, never pressed; see ``overlap_of``."""
 
-_OUTER, _INNER = 0.8611363115940526, 0.3399810435848563
-_OUTER_WEIGHT, _INNER_WEIGHT = 0.17392742256872692, 0.32607257743127308
-
 _GAUSS = (
-    ((1 - _OUTER) / 2, _OUTER_WEIGHT), ((1 - _INNER) / 2, _INNER_WEIGHT),
-    ((1 + _INNER) / 2, _INNER_WEIGHT), ((1 + _OUTER) / 2, _OUTER_WEIGHT),
+    (0.06943184420297371, 0.17392742256872692), (0.33000947820757187, 0.3260725774312731),
+    (0.6699905217924281, 0.3260725774312731), (0.9305681557970262, 0.17392742256872692),
 )  # fmt: skip
 """Four points of Gauss and Legendre from 0 to 1, and their weights."""
 
@@ -522,7 +523,7 @@ def symplectic_step(
             v[chain.pushed] += more
             u[chain.pushed] += h * drifts[s] * more
         if ahead > 0:
-            hi = min(hi + AHEAD, granules)
+            hi = min(hi + WINDOW, granules)
     if pushed:
         push = applied_force(leg, begin + h)
     run.push = push
@@ -536,7 +537,7 @@ def symplectic_step(
         if chain is not None:
             ahead *= chain.inverse_mass[hi]
         g[hi] = ahead
-        hi = min(hi + AHEAD, granules)
+        hi = min(hi + WINDOW, granules)
     return hi
 
 

@@ -29,6 +29,10 @@ from hertzchain.scene.scene import Scene
 
 _NONE = np.zeros(0, np.int64)
 
+WINDOW = 8
+"""Granules with which the window of moving granules begins, and by which it grows: a whole number
+of vectors."""
+
 
 class Chain(NamedTuple):
     """A chain in natural units, of one floating-point precision.

@@ -143,59 +143,8 @@ a symplectic Runge-Kutta-Nystrom method of Blanes and Moan, the paper's method a
 LOOSEST = 0.01
 """Loosest accuracy that can be wanted (chosen)."""
 
-_LONGEST_STEP = 0.8
-"""Longest step [natural time units]; at 1.0 the methods begin to fail."""
-
-_LONGEST_CHECKED_STEP = 0.52
-"""Longest step if a second run, with steps 1.5 times as long, estimates the error."""
-
-_STEP_RATIO = 0.92
-"""Ratio of steps with a second run to those without: one scene in fifty needs a further
-plan; at ratio 1, one in four.
-"""
-
-_CHECKED_ERROR_RATIO, _UNCHECKED_ERROR_RATIO = 0.55, 0.9
-"""Ratio of the error to the wanted accuracy in the worst random scene, rounded up, with and without
-a second run. Estimates are never lower, because a difference can be small by chance.
-"""
-
 TRIES = 6
 """Most plans for one scene; one in fifty random scenes needs a second."""
-
-_MOST_ERROR_RATIO = 0.8
-"""Ratio of a plan's error to that of the plan before, above which the error is amplified round-off;
-where shorter steps help, they usually halve the error.
-"""
-
-_CHEAP_WORK = 1e8
-"""Granules times force evaluations (a few tenths of a second) below which all plans are tried."""
-
-_LEAST_RTOL_RATIO, _LEAST_RTOL_RATIO_WITH_TERMS = 1e-3, 1e-5
-"""Least ratio of a further plan's accuracy to that of the plan before. Beyond a uniform chain
-errors fall in proportion to it: eight long runs of dimers needed a third fewer plans.
-"""
-
-_UNREFINED_RTOL = 1e-4
-"""Accuracy from which on opening contacts need no shorter steps."""
-
-_KNOWN_RATIOS, _KNOWN_DURATIONS, _KNOWN_GRANULES = (0.05, 10.0), (1.1, 60.0), 500
-"""Ranges of LM_ratio, n and N of the random scenes."""
-
-_FIRST_RTOL_RATIO, _LARGEST_FIRST_RTOL = 64.0, 2.5e-5
-"""Wanted accuracy over that of the plan that such scenes try first where first pulses are wanted,
-and its largest (chosen). Measured with 264 scenes of eleven
-kinds at 1e-4, 1e-6 and 1e-8: at 48 the work is the same; at 24 three of ten need a second plan and
-all together 1.2 times the work, though the shipped dimer takes 0.8."""
-
-_ERRATIC_ERROR_RATIO = 6.0
-"""Ratio of the error that no difference shows, in such scenes, to that in others: a contact closes
-at any place of a step. In the worst of 6,000 random scenes it was 4.4, at the first contacts.
-"""
-
-_HARD_RTOL_RATIO, _HARD_RTOL = 30.0, 1e-6
-"""Hard scenes run with a thirtieth of the wanted accuracy, or this one: long steps make them
-chaotic, and a tenth left errors of up to eleven times the wanted accuracy.
-"""
 
 
 @dataclass(frozen=True)
@@ -215,8 +164,10 @@ class Plan:
 
     def closer(self, rtol: float, error: float, has_terms: bool = False) -> Plan:
         """Return a plan for ``rtol`` after one that had ``error``."""
-        least = _LEAST_RTOL_RATIO_WITH_TERMS if has_terms else _LEAST_RTOL_RATIO
-        factor = max(0.5 * rtol / error, least) if error < 1 else _LEAST_RTOL_RATIO
+        # Beyond a uniform chain errors fall in proportion to the accuracy of the plan: eight long
+        # runs of dimers needed a third fewer plans with the smaller limit.
+        least = 1e-5 if has_terms else 1e-3
+        factor = max(0.5 * rtol / error, least) if error < 1 else 1e-3
         step = self.step * factor ** (1 / (self.walker.stepper.order + 1))
         walker = replace(self.walker, tolerance=self.walker.tolerance * factor)
         return replace(self, step=step, walker=walker)
@@ -224,11 +175,11 @@ class Plan:
     def hopeless(self, error: float, before: float, evaluations: float) -> bool:
         """Return whether this plan cost much and its error is hardly below that of the plan before.
 
-        ``evaluations`` counts forces times granules. The constant part of both estimates is
-        subtracted.
+        Then the error is amplified round-off: where shorter steps help, they usually halve it.
+        ``evaluations`` counts forces times granules; below 1e8, a few tenths of a second, all plans
+        are tried. The constant part of both estimates is subtracted.
         """
-        hardly = error - self.error > _MOST_ERROR_RATIO * (before - self.error)
-        return hardly and evaluations > _CHEAP_WORK
+        return error - self.error > 0.8 * (before - self.error) and evaluations > 1e8
 
     def least(self, evaluations: Quantity) -> Any:
         """Error that no difference shows, from force evaluations; also of arrays."""
@@ -257,20 +208,13 @@ class Plan:
 
 
 def is_known(momentum_ratio: Quantity, duration_ratio: Quantity, granules: int) -> Any:
-    """Whether a profile of the paper with LM_ratio and n (arrays) is in the measured range."""
-    (low, high), (short, long) = _KNOWN_RATIOS, _KNOWN_DURATIONS
-    in_range = (momentum_ratio >= low) & (momentum_ratio <= high)
-    in_range &= (duration_ratio >= short) & (duration_ratio <= long)
-    is_long = np.logical_not(is_short(momentum_ratio, granules))
-    return in_range & is_long & (granules <= _KNOWN_GRANULES)
+    """Whether a profile of the paper with LM_ratio and n lies within the random scenes.
 
-
-def is_calibrated(scene: Scene) -> bool:
-    """Return whether one run of a scene is as accurate as its plan says, without a second one."""
-    pulse, granules = scene.pulse, scene.chain.granules
-    if pulse is None or not scene.is_plain or scene.run.end_time is not None:
-        return False
-    return bool(is_known(scene.momentum_ratio, pulse.duration_ratio, granules))
+    LM_ratio and n are numbers or arrays; NaN does not.
+    """
+    in_range = (momentum_ratio >= 0.05) & (momentum_ratio <= 10.0)
+    in_range &= (duration_ratio >= 1.1) & (duration_ratio <= 60.0)
+    return in_range & np.logical_not(is_short(momentum_ratio, granules)) & (granules <= 500)
 
 
 @functools.lru_cache
@@ -286,18 +230,22 @@ def cheapest(rtol: float, checked: bool = True, hard: bool = False) -> Plan:
     tight = max(0.0, -math.log10(rtol) - 6)
     aim = rtol / 2.4  # the rest of the error has no estimate
     if hard:
-        aim = min(aim / _HARD_RTOL_RATIO, _HARD_RTOL)
-    cosine_steps = 8 if rtol > 1e-8 else 16
-    step = min(0.2 * (aim / 3e-9) ** (1 / 6.5), _LONGEST_STEP)
-    if not checked and rtol >= _UNREFINED_RTOL:
-        plain = Walker(SRKN_11B, 0.0, cosine_steps, 0.0)
-        error = _UNCHECKED_ERROR_RATIO * rtol
-        return Plan("srkn-11b", plain, _LONGEST_STEP, error, SAFETIES["planned"])
-    starting = math.inf if hard else 4 + 2 * tight
-    walker = Walker(SRKN_11B, 5e3 * aim, cosine_steps, starting)
+        # Long steps make such scenes chaotic: a tenth left errors of up to eleven times ``rtol``.
+        aim = min(aim / 30.0, 1e-6)
+    step = min(0.2 * (aim / 3e-9) ** (1 / 6.5), 0.8)  # at 1.0 the methods begin to fail
     if checked:
-        step = min(_STEP_RATIO * step, _LONGEST_CHECKED_STEP)
-    error = (_CHECKED_ERROR_RATIO if checked else _UNCHECKED_ERROR_RATIO) * rtol
+        # The second run has steps 1.5 times as long. With 0.92 one scene in fifty needs a further
+        # plan, with 1 one in four.
+        step = min(0.92 * step, 0.52)
+    walker = Walker(
+        SRKN_11B, 5e3 * aim, cosine_steps=8 if rtol > 1e-8 else 16,
+        starting=math.inf if hard else 4 + 2 * tight,
+    )  # fmt: skip
+    if not checked and rtol >= 1e-4:  # opening contacts need no shorter steps
+        walker = replace(walker, tolerance=0.0, starting=0.0)
+    # In the worst random scene, rounded up. Estimates are never lower, because a difference can be
+    # small by chance.
+    error = (0.55 if checked else 0.9) * rtol
     return Plan("srkn-11b", walker, step, error, SAFETIES["erratic" if hard else "planned"])
 
 
@@ -309,9 +257,13 @@ def first_plan(rtol: float, hard: bool, first: bool) -> Plan:
     """
     if not (hard and first):
         return cheapest(rtol, hard=hard)
-    accuracy = min(max(rtol / _FIRST_RTOL_RATIO, TIGHTEST), _LARGEST_FIRST_RTOL)
-    plan, safety = cheapest(accuracy), SAFETIES["tried first"]
-    return replace(plan, error=_ERRATIC_ERROR_RATIO * plan.error, safety=safety)
+    # Measured with 264 scenes of eleven kinds at 1e-4, 1e-6 and 1e-8: at rtol / 48 the work is the
+    # same; at rtol / 24 three of ten need a second plan and all together 1.2 times the work, though
+    # the shipped dimer takes 0.8.
+    plan = cheapest(min(max(rtol / 64.0, TIGHTEST), 2.5e-5))
+    # A contact closes at any place of a step: the error that no difference shows was 4.4 times that
+    # of other scenes in the worst of 6,000 random ones, at the first contacts.
+    return replace(plan, error=6.0 * plan.error, safety=SAFETIES["tried first"])
 
 
 def round_off(evaluations: Quantity) -> Any:

@@ -1,4 +1,4 @@
-"""One integration of a scene by the compiled kernels."""
+"""Integrations of a scene by the compiled kernels: by given steps, and by adaptive ones."""
 
 from __future__ import annotations
 
@@ -8,17 +8,17 @@ import threading
 from collections.abc import Callable, Sequence
 from contextvars import copy_context
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.native.equations import Chain
-from hertzchain.engines.native.plan import SymplecticNystrom, Walker
-from hertzchain.errors import RunFailed
+from hertzchain.engines.native.equations import WINDOW, Chain
+from hertzchain.engines.native.plan import SymplecticNystrom, Walker, round_off
+from hertzchain.errors import RunFailed, TooExpensive
 from hertzchain.limits import TIME_LIMIT, Deadline, refuse_memory
-from hertzchain.observables.error_bound import ContactErrors, Peaks, diverged
-from hertzchain.observables.first_pulse import LATEST, Signals, pulses_in
+from hertzchain.observables.error_bound import SAFETIES, ContactErrors, Peaks, diverged
+from hertzchain.observables.first_pulse import LATEST, Signals, finds_end, pulses_in, usual_end
 from hertzchain.observables.samples import Recorder
 from hertzchain.scene.chain import NaturalUnits, force_scale
 from hertzchain.scene.scene import Scene
@@ -26,11 +26,9 @@ from hertzchain.scene.schedule import Leg
 from hertzchain.scene.shocks import SHAPES
 
 if TYPE_CHECKING:
+    from hertzchain.engines.native.damped_kernel import Method
     from hertzchain.engines.native.elastic_chain import Outcome, Record, Steps
     from hertzchain.observables.observer import Watch
-
-MOVING = 8
-"""Number of granules in the window at the start of a run."""
 
 
 def is_single_pulse(scene: Scene) -> bool:
@@ -47,13 +45,12 @@ def softest(scene: Scene) -> float:
     return float(ratio[scene.unit_contact] / np.max(ratio))
 
 
-def start_of(scene: Scene) -> FloatArray:
-    """Displacement and velocity at the start, natural units, shape (2, N); (0, 0) at rest."""
-    if scene.striker is None and scene.piston is None and not scene.moves:
-        return np.zeros((0, 0))
+def start_of(scene: Scene, added: FloatArray | None = None) -> FloatArray:
+    """Displacement and velocity at the start, with those added, natural units, shape (2, N)."""
     start = np.zeros((2, scene.bodies))
-    start[1] = scene.granules.velocity / scene.units.velocity
-    return start
+    if scene.striker is not None or scene.moves:
+        start[1] = scene.granules.velocity / scene.units.velocity
+    return start if added is None else start + added
 
 
 def code_of(shape: str) -> int:
@@ -70,28 +67,21 @@ def leg_rows(legs: Sequence[Leg], units: NaturalUnits) -> FloatArray:
     A quarter of a sine is one half of a cosine ramp; no leg reaches the other half, which has half
     of the growth.
     """
-    rows = []
-    for leg in legs:
-        row = [leg.start / units.time, leg.end / units.time, leg.steps, 0.0, 0.0, 0.0, 0.0, 0.0]
-        if leg.ramp is not None:
-            ramp = leg.ramp
-            start, end = ramp.start / units.time, ramp.end / units.time
-            first, last = ramp.start_force / units.force, ramp.end_force / units.force
+    rows = np.zeros((len(legs), 8))
+    for row, in_si in zip(rows, legs, strict=True):
+        leg = in_si.in_units(units.time, units.force, units.length)
+        row[:3] = leg.start, leg.end, leg.steps
+        if (ramp := leg.ramp) is not None:
             low, high = SHAPES[ramp.shape].part
-            start, end = (start - low * end) / (1 - low), (end - (1 - high) * start) / high
-            first, last = (first - low * last) / (1 - low), (last - (1 - high) * first) / high
-            row[3:8] = code_of(ramp.shape), start, end, first, last
-        if leg.stroke is not None:
-            row[6] = leg.stroke.displacement_at(leg.start) / units.length
-            row[7] = leg.stroke.velocity / units.velocity
-        rows.append(row)
-    return np.array(rows, np.float64)
-
-
-@functools.cache
-def _coefficients(stepper: SymplecticNystrom) -> tuple[FloatArray, FloatArray]:
-    """Return the kicks and the drifts of a method for the kernels."""
-    return np.array(stepper.kicks), np.array(stepper.drifts)
+            start = (ramp.start - low * ramp.end) / (1 - low)
+            end = (ramp.end - (1 - high) * start) / high
+            first = (ramp.start_force - low * ramp.end_force) / (1 - low)
+            last = (ramp.end_force - (1 - high) * first) / high
+            row[3:] = code_of(ramp.shape), start, end, first, last
+        if in_si.stroke is not None:
+            row[6] = in_si.stroke.displacement_at(in_si.start) / units.length
+            row[7] = in_si.stroke.velocity / units.velocity
+    return rows
 
 
 def steps_of(rows: FloatArray, walker: Walker, least: float = 1.0) -> Steps:
@@ -103,8 +93,10 @@ def steps_of(rows: FloatArray, walker: Walker, least: float = 1.0) -> Steps:
 
     stepper = walker.stepper
     assert isinstance(stepper, SymplecticNystrom)  # NumPy integrates with other methods
-    is_verlet, tolerance = stepper.order == 2, walker.tolerance * least
-    return Steps(rows, *_coefficients(stepper), is_verlet, tolerance, walker.starting)
+    return Steps(
+        rows, np.array(stepper.kicks), np.array(stepper.drifts), stepper.order == 2,
+        walker.tolerance * least, walker.starting,
+    )  # fmt: skip
 
 
 @functools.cache
@@ -125,23 +117,10 @@ def room_for(recorder: Recorder | None = None) -> Record:
 
 
 LONG_RUN = 1e7
-"""Granules times force evaluations of a short run: about 0.01 s."""
+"""Least work of a long run, in force evaluations of a granule: about 0.01 s."""
 
 _STEP_IN_EVALUATIONS = 500
 """Additional cost of a step, in force evaluations of a granule."""
-
-LOOKS = 10.0
-"""Number of checks, each after a million steps times granules, after which a run is long: 0.1 s."""
-
-_PEAKS_ALONE = "; peaks alone take less: Native(peaks_only=True), or hertzchain run"
-
-_FASTEST = 0.5e-9
-"""Time of a granule and force evaluation on a fast machine [s]; measured 1.1e-9 to 2e-9."""
-
-_FASTEST_FRONT = 1.1
-"""Upper bound of the speed of a front [granules per natural time unit] (chosen): that of a wave of
-height 3; heights up to 2.2 were measured.
-"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -203,7 +182,7 @@ class Prepared:
     deadline: Deadline
     own_start: bool  # whether the chain starts in its scene's own state
     chain: Chain | None  # None for a plain scene
-    start: FloatArray  # displacement and velocity at the start, (2, N); (0, 0) at rest
+    start: FloatArray  # displacement and velocity at the start, (2, N)
     moving: int  # number of granules that may move at the start
     softest: float  # see ``softest``
     signals: Signals | None = None  # where first pulses are wanted
@@ -213,16 +192,15 @@ class Prepared:
         cls, scene: Scene, deadline: Deadline, start: FloatArray | None = None, first: bool = False
     ) -> Prepared:
         """Prepare a scene; ``first``: first pulses are wanted. For the others see ``simulate``."""
-        assert scene.contact is None  # damped contacts: see damped_runs
-        initial = start_of(scene)
+        assert scene.contact is None  # damped contacts: see simulate_damped
         chain = Chain.of(scene).padded() if first or not scene.is_plain else None
         # The front of a wave moves granules smoothly, but not across a gap or under a static load.
         has_front = start is None and (chain is None or not chain.gap.any())
         has_front = has_front and not scene.moves and scene.pushed == 0
         return cls(
             scene, deadline, start is None, chain,
-            initial if start is None else start + initial if initial.size else start,
-            MOVING if has_front else scene.bodies, 1.0 if chain is None else softest(scene),
+            start_of(scene, start),
+            WINDOW if has_front else scene.bodies, 1.0 if chain is None else softest(scene),
             Signals.of(scene).in_units(scene.units) if first else None,
         )  # fmt: skip
 
@@ -244,8 +222,10 @@ class Prepared:
         stages, rows = walker.stepper.stages, leg_rows(legs, self.scene.units)
         work = work_of(self.scene, legs, stages) / (1.0 if math.isnan(usual) else LATEST)
         share = 1.0 if math.isnan(usual) else 1.0 / LATEST
-        if leave_behind:  # it may be over once the front has reached the end
-            share = min(1.0, granules / (_FASTEST_FRONT * float(rows[-1, 1])))
+        if leave_behind:
+            # It may be over once the front has reached the end, with the speed of a wave of height
+            # 3 at most, 1.1 granules in a natural time unit; heights up to 2.2 were measured.
+            share = min(1.0, granules / (1.1 * float(rows[-1, 1])))
         self._refuse(rows, share * stages, leave_behind, recorder)
         record, steps = room_for(recorder), steps_of(rows, walker, self.softest)
         control = np.zeros(3)
@@ -275,15 +255,15 @@ class Prepared:
         ``stages`` are evaluations a step, times the share of the steps that are certain.
         """
         scene, deadline, single = self.scene, self.deadline, is_single_pulse(self.scene)
-        alone = least = _FASTEST * stages * float(np.sum(rows[:, 2]))  # one granule moves
+        # A granule and force evaluation take 0.5 ns on a fast machine; 1.1 to 2 ns were measured.
+        least = 0.5e-9 * stages * float(np.sum(rows[:, 2]))  # one granule moves
         if single and not leave_behind:
             # The front has at least half the speed of a wave as strong as the shock (measured).
             reached = 0.4 * math.pow(force_scale(scene.momentum_ratio), 1 / 6) * rows[-1, 1]
             least *= max(1.0, min(scene.bodies, reached) / 2)
         if least > deadline.limit:
-            is_cheaper = single and not leave_behind and recorder is None and self.own_start
-            is_cheaper = is_cheaper and alone < deadline.limit
-            deadline.refuse(least, _PEAKS_ALONE if is_cheaper else "")
+            advice = "; peaks alone take less: Native(peaks_only=True), or hertzchain run"
+            deadline.refuse(least, advice if single and not leave_behind else "")
         if deadline.left <= 0:
             raise deadline.passed()
         arrays = 8 + (0 if recorder is None else 3 * recorder.time.size)
@@ -308,7 +288,7 @@ def finished(
     from hertzchain.engines.native import elastic_chain
 
     if not is_long:
-        control[0] = LOOKS
+        control[0] = 10.0  # checks, a million steps of a granule each: 0.1 s
         simulation, watch = run()
         is_long = simulation.status == elastic_chain.STOPPED
     if is_long:
@@ -363,3 +343,202 @@ def _wait(done: threading.Event, deadline: Deadline) -> None:
     while not done.wait(max(0.0, min(0.1, deadline.left))):
         if deadline.left <= 0 and not done.is_set():
             raise deadline.passed()
+
+
+# ---- Adaptive steps, for scenes beyond the uniform chain
+
+_LONGEST = 0.8
+"""Longest adaptive step, natural time units of the fastest contact."""
+
+_LOOSEST_TOLERANCE, _TIGHTEST_TOLERANCE = 2e-5, 7e-13
+"""Tolerances of adaptive steps: a thousandth of the wanted accuracy is enough above; below is
+round-off."""
+
+_SLOWEST = 1e-3
+"""Speed below which errors are no longer judged by the largest speed, natural units (chosen)."""
+
+_STABLE = 4.0
+"""Longest step times the rate at which dampers stop motions. At 5 the method leaves 0.06 of such a
+motion, at 6 half, and above 6.4 it makes it grow (derived from its coefficients). With longer steps
+errors grow to the tolerance, and modes change to and fro."""
+
+
+class TooMuchWork(RunFailed):
+    """A run takes more work than allowed, or its steps do not advance."""
+
+
+class Adaptive(NamedTuple):
+    """Limits of adaptive steps, natural units.
+
+    ``tolerance`` is the error of the velocities in a step over the largest velocity. Steps may be
+    ``longer``, at most 1.5 times, than ``longest``, also those that strong dampers allow. The run
+    ends after ``most_work`` force evaluations of a granule; a step counts as further 500.
+    """
+
+    tolerance: float
+    longest: float
+    longer: float = 1.0
+    most_work: float = math.inf
+
+
+def integrate_damped(
+    chain: Chain, rows: FloatArray, start: FloatArray | None, steps: Adaptive,
+    record: Record | None = None, control: FloatArray | None = None, watch: Watch | None = None,
+    usual: float = math.nan,
+) -> Simulation:  # fmt: skip
+    """Integrate a chain of damped contacts with the compiled kernel.
+
+    ``rows`` are legs of the applied force from ``simulation.leg_rows``; ``start`` is displacement
+    and velocity, shape (2, granules), or None for a chain at rest. Record, control, watch and
+    usual are as for ``elastic.march``.
+    """
+    from hertzchain.engines.native import damped_kernel
+    from hertzchain.engines.native.damped_kernel import Steps, at_the_start
+    from hertzchain.engines.native.elastic_chain import Seen, Start
+
+    granules, contacts = chain.inverse_mass.size, chain.stiffness.size
+    record = room_for() if record is None else record
+    # The front of a wave moves granules smoothly, but not across a gap or under a static load.
+    has_front = start is None and not chain.gap.any() and not chain.constant.any()
+    has_front = has_front and chain.pushed == 0
+    force, time = np.zeros(contacts), np.full(contacts, np.nan)
+    method = _method()
+    state = at_the_start(granules, method.nodes.size)
+    outcome = damped_kernel.march(
+        Steps(
+            rows, method, steps.tolerance, _SLOWEST, steps.longer * steps.longest,
+            steps.longer * _STABLE, steps.most_work,
+        ),
+        chain.padded(),
+        Start(
+            np.zeros((2, granules)) if start is None else start, WINDOW if has_front else granules
+        ),
+        state, Seen(force, time, record), watch, usual,
+        np.zeros(3) if control is None else control,
+    )  # fmt: skip
+    peaks = Peaks(force, time, time < outcome.end)
+    return Simulation.of(outcome, state.start.u[:granules], state.start.v[:granules], peaks)
+
+
+@functools.cache
+def _method() -> Method:
+    """Return the coefficients of DOP853 in the form of the kernel."""
+    from scipy.integrate import DOP853
+
+    from hertzchain.engines.native.damped_kernel import Method
+
+    rows = np.concatenate([DOP853.A, [DOP853.B]])
+    squares = rows @ rows[:-1]
+    squares[abs(squares) < 1e-14] = 0.0  # up to round-off; all others are far above
+    return Method(np.array(DOP853.C), rows, squares, DOP853.E5[:-1], DOP853.E3[:-1])
+
+
+def simulate_damped(
+    scene: Scene, tolerance: float, deadline: Deadline, recorder: Recorder | None = None,
+    longer: float = 1.0, most_work: float = math.inf, first: bool = False,
+) -> Simulation:  # fmt: skip
+    """Integrate a scene once; ``first``: first pulses are wanted, and the end if it is not given.
+
+    With ``longer`` steps may be longer by that factor. Raises StepUnstable if the motion diverges,
+    TooExpensive if the run has taken too long, TooMuchWork after ``most_work`` force evaluations of
+    a granule.
+    """
+    from hertzchain.engines.native import elastic_chain
+
+    if deadline.left <= 0:
+        raise deadline.passed()
+    recorded = 0 if recorder is None else 3 * recorder.time.size
+    try:
+        refuse_memory(8.0 * scene.bodies * (51 + recorded))  # numbers for each granule
+    except TooExpensive as problem:
+        if most_work < math.inf:  # another method takes less
+            raise TooMuchWork(str(problem)) from problem
+        raise
+    units, usual, end_time = scene.units, math.nan, scene.end_time
+    if first and finds_end(scene):
+        usual, end_time = usual_end(scene), LATEST * end_time
+    # Steps are cut by the integrator: of the legs only the corners count.
+    rows = leg_rows(scene.until(end_time).schedule(end_time), units)
+    signals = Signals.of(scene).in_units(units) if first else None
+    record, control = room_for(recorder), np.zeros(3)
+    steps = Adaptive(tolerance, _LONGEST * scene.contact_time / units.time, longer, most_work)
+    is_at_rest = scene.striker is None and scene.piston is None and not scene.moves
+    chain, start = Chain.of(scene), None if is_at_rest else start_of(scene)
+
+    def integrate() -> tuple[Simulation, Watch | None]:
+        watch = None if signals is None else signals.watch()
+        return integrate_damped(chain, rows, start, steps, record, control, watch, usual), watch
+
+    run = finished(integrate, control, deadline)
+    if run.status == elastic_chain.STUCK:
+        raise TooMuchWork(
+            "the native run does not advance: a contact opens and closes within"
+            " rounding errors; ask for less accuracy, or for a shorter end_time"
+        )
+    if run.status == elastic_chain.TOO_MUCH:
+        raise TooMuchWork("the native run takes more work than it may")
+    return run
+
+
+Integrate = Callable[[float, float, bool], Simulation]
+
+
+def first_tolerance(rtol: float) -> float:
+    """Tolerance that is tried first for a wanted accuracy of the peaks.
+
+    In 19 of 20 random chains no second is needed.
+    """
+    return max(min(0.02 * rtol, _LOOSEST_TOLERANCE), _TIGHTEST_TOLERANCE)
+
+
+def accurate(integrate: Integrate, rtol: float) -> tuple[Simulation, ContactErrors]:
+    """Return a run whose bounds of errors are at most ``rtol``, in a few tries, and these bounds.
+
+    ``integrate`` makes a run from a tolerance, a factor for the longest step, and whether this run
+    may be the result or only gives the error of another. The bound of the returned run may be
+    larger: collisions can multiply rounding errors.
+    """
+    tolerance = first_tolerance(rtol)
+    for left in reversed(range(5)):  # the most tolerances that are tried
+        # One difference may be small by chance, but seldom both.
+        rough, coarse = (
+            integrate(looser * tolerance, longer, False)
+            for looser, longer in ((30.0, 1.5), (4.0, 1.2))
+        )
+        run = integrate(tolerance, 1.0, True)
+        differences = [run.peaks.differences(other.peaks) for other in (rough, coarse)]
+        # What no difference shows: 1.5e-11 once, with the tightest tolerance
+        rest = 2.5 * tolerance + 2e-11 + round_off(run.evaluations)
+        # The difference from the much coarser run is ten times as large where errors go as the
+        # tolerance.
+        errors = SAFETIES["adaptive"].bounds(differences, (0.15, 1.0), rest)
+        bound = errors.wanted
+        if bound <= rtol or tolerance <= _TIGHTEST_TOLERANCE or not left:
+            break
+        tolerance = max(tolerance * max(0.5 * rtol / bound, 1e-3), _TIGHTEST_TOLERANCE)
+    return run, errors
+
+
+def accurate_by_events(
+    scene: Scene, rtol: float, deadline: Deadline, recorder: Recorder | None = None,
+    most_work: float = math.inf, first: bool = False,
+) -> Run:  # fmt: skip
+    """Return a run of the wanted accuracy, if it can be reached.
+
+    The recorder has the history of that run, which is always the last. Raises TooMuchWork if the
+    first and coarsest run takes more than ``most_work`` force evaluations of a granule, or another
+    one more than five times as many.
+    """
+    allowed = iter((most_work,))
+
+    def integrate(tolerance: float, longer: float, may_be_last: bool) -> Simulation:
+        nonlocal scene
+        kept, most = recorder if may_be_last else None, next(allowed, 5 * most_work)
+        run = simulate_damped(
+            scene, tolerance, deadline, kept, longer=longer, most_work=most, first=first
+        )
+        if first and finds_end(scene):
+            scene = scene.until(run.end * scene.units.time)
+        return run
+
+    return Run("dop853", _LONGEST * scene.contact_time, *accurate(integrate, rtol))

@@ -16,26 +16,20 @@ from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.external.accuracy import damped_interval_at
-from hertzchain.engines.native.as_written import law_of, simulation_of, start_of_motion
+from hertzchain.engines.native.as_written import (
+    BLOCK_SAMPLES,
+    NUMBERS_PER_SAMPLE,
+    law_of,
+    simulation_of,
+)
 from hertzchain.engines.native.equations import Chain
-from hertzchain.engines.native.simulation import Simulation
+from hertzchain.engines.native.simulation import Simulation, start_of
 from hertzchain.limits import TIME_LIMIT, Deadline, refuse_memory
 from hertzchain.observables.compiling import ONE, compiled, compiled_and_kept
 from hertzchain.observables.error_bound import diverged
 from hertzchain.observables.samples import Recorder, Samples, closing, true_forces
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
-
-_SAMPLES_PER_RAMP = 8
-"""Least number of samples, if there are so many steps, for the work of short pulses (chosen)."""
-
-_BLOCK = 256
-"""Samples that are processed together: with 60 granules they fit into a cache of 1 MB."""
-
-_NOT_LED = np.zeros(0)
-
-_ROOTS = 0.0, 0.25, 0.5
-"""Exponents of the dampers of scenes, for which no power has to be computed."""
 
 
 class Walk(NamedTuple):
@@ -76,7 +70,7 @@ class Walk(NamedTuple):
         if (
             power is None
             or drag is None
-            or not (drag.any() or np.any(power != 1.5) or chain.exponent not in _ROOTS)
+            or not (drag.any() or np.any(power != 1.5) or chain.exponent not in (0.0, 0.25, 0.5))
         ):
             power = drag = None
         else:
@@ -170,7 +164,10 @@ def simulate_damped_verlet(
     an hour by default.
     """
     deadline = deadline or Deadline(TIME_LIMIT)
-    at_start, blocks = start_of_motion(scene, start), samples_of(scene, legs, deadline, start)
+    at_start, blocks = (
+        start_of(scene, start),
+        samples_of(scene, legs, deadline, start),
+    )
     run = simulation_of(
         scene, Chain.of(scene), at_start, blocks, deadline, recorder, first, late=0.5
     )
@@ -190,9 +187,9 @@ def samples_of(
     """
     deadline = deadline or Deadline(TIME_LIMIT)
     chain, unit = Chain.of(scene), scene.units
-    refuse_memory(8.0 * scene.bodies * 20 * _BLOCK)
+    refuse_memory(8.0 * scene.bodies * NUMBERS_PER_SAMPLE * BLOCK_SAMPLES)
     law = law_of(chain)
-    displacement, velocity = start_of_motion(scene, start)
+    displacement, velocity = start_of(scene, start)
     walk = Walk.of(chain, displacement, velocity, (chain.pushed,))
     for leg in legs:
         stride = every or stride_of(scene, leg)
@@ -216,7 +213,7 @@ def samples_of(
 
 def states_of(
     walk: Walk, dt: float, steps: int, applied: Callable[[NDArray[np.intp]], FloatArray],
-    deadline: Deadline, stride: int = 1, led: FloatArray = _NOT_LED, block: int = _BLOCK,
+    deadline: Deadline, stride: int = 1, led: FloatArray | None = None, block: int = BLOCK_SAMPLES,
 ) -> Iterator[tuple[NDArray[np.intp], FloatArray]]:  # fmt: skip
     """Take equal steps; yield the kept steps and their states, (4, kept, granules), in blocks.
 
@@ -233,7 +230,8 @@ def states_of(
         kept = np.append(np.arange(done, last, stride), last)
         states = np.empty((4, kept.size, walk.chain.inverse_mass.size))
         forces = np.ascontiguousarray(applied(np.arange(done, last + 1)))
-        take_steps(walk, dt, forces, led[done : last + 1], stride, done == 0, states)
+        led_now = np.zeros(0) if led is None else led[done : last + 1]
+        take_steps(walk, dt, forces, led_now, stride, done == 0, states)
         yield kept, states
 
 
@@ -241,8 +239,8 @@ def stride_of(scene: Scene, leg: Leg) -> int:
     """Steps between two samples on a leg, as other codes with this step are read."""
     interval = damped_interval_at(scene, leg.dt)
     stride = int(min(interval / leg.dt, leg.steps))
-    if leg.ramp is not None:
-        stride = min(stride, leg.steps // _SAMPLES_PER_RAMP)
+    if leg.ramp is not None:  # eight samples at least, for the work of short pulses
+        stride = min(stride, leg.steps // 8)
     return max(1, stride)
 
 

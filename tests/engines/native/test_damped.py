@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 import hertzchain as hc
 from hertzchain.engines.native import elastic_chain
-from hertzchain.engines.native.damped_runs import Adaptive, integrate_damped
 from hertzchain.engines.native.equations import Chain
+from hertzchain.engines.native.simulation import Adaptive, integrate_damped
 from hertzchain.engines.native.verlet import simulate_damped_verlet
 from hertzchain.errors import SceneError, StepUnstable
 from hertzchain.known.answer import deck_step
@@ -119,9 +119,6 @@ def pulse_until(end: float) -> Floats:
     return np.array([rise, fall, [4.0, end, 1, 0, 0, 0, 0, 0]])
 
 
-AT_REST = np.zeros((0, 0))
-
-
 @pytest.mark.parametrize("exponent", [DASHPOT, RESTITUTION, VISCOELASTIC])
 def test_order_over_a_run(exponent: float) -> None:
     """Errors fall with the eighth power of the steps, with contacts that begin and end.
@@ -129,9 +126,9 @@ def test_order_over_a_run(exponent: float) -> None:
     Without attraction: where contacts pull, their end is singular, and orders of 6 to 7 were found.
     """
     chain, rows = uniform(12, exponent, 0.1), pulse_until(25.0)
-    true = integrate_damped(chain, rows, AT_REST, Adaptive(1e-14, 0.1))
+    true = integrate_damped(chain, rows, None, Adaptive(1e-14, 0.1))
     tolerances = 10.0 ** -np.arange(5.0, 13.1, 0.25)
-    runs = [integrate_damped(chain, rows, AT_REST, Adaptive(each, 10.0)) for each in tolerances]
+    runs = [integrate_damped(chain, rows, None, Adaptive(each, 10.0)) for each in tolerances]
     errors = np.array([largest_difference(run.peaks.force, true.peaks.force) for run in runs])
     order = -np.polyfit(np.log([run.steps for run in runs]), np.log(errors), 1)[0]
     # 7.9 to 8.4 were found, and an order less would be told.
@@ -147,10 +144,10 @@ def test_order_over_a_run(exponent: float) -> None:
 def test_strong_dampers(exponent: float, damping: float) -> None:
     """Contacts that creep, with forces near 0, neither hold a run up nor cost it its accuracy."""
     chain, rows = uniform(6, exponent, damping), pulse_until(30.0)
-    true = integrate_damped(chain, rows, AT_REST, Adaptive(1e-11, 0.8, most_work=1e8))
+    true = integrate_damped(chain, rows, None, Adaptive(1e-11, 0.8, most_work=1e8))
     for tolerance in (3e-5, 1e-6, 3e-9):
         # 383 to 3,929 steps were measured, 2.3e6; a run that stood still took what it was given.
-        run = integrate_damped(chain, rows, AT_REST, Adaptive(tolerance, 0.8, most_work=5e6))
+        run = integrate_damped(chain, rows, None, Adaptive(tolerance, 0.8, most_work=5e6))
         assert run.status == elastic_chain.DONE
         # At most 0.3 of the tolerance was measured, and 2e-10.
         assert largest_difference(run.peaks.force, true.peaks.force) < max(tolerance, 1e-9)

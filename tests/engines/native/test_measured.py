@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 import hertzchain as hc
-from hertzchain.contact import hertz
 from hertzchain.errors import RunFailed, SceneError
 from hertzchain.known.answer import lammps_deck, program_deck
+from hertzchain.scene import hertz
 from tests.conftest import STEEL
 from tests.known.test_deck import verdict
 from tests.scenes import force_of

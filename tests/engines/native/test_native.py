@@ -222,7 +222,7 @@ def test_a_failure_in_a_long_run_is_not_lost() -> None:
 
 @pytest.mark.parametrize(
     "kernel",
-    [elastic.march, damped_kernel.march, verlet.take_steps, elastic.march_each],
+    [elastic.march, damped_kernel.march, verlet.take_steps],
     ids=lambda kernel: kernel.py_func.__module__,
 )
 def test_a_kept_kernel_is_forgotten_when_a_module_changes_that_it_calls(kernel: Any) -> None:

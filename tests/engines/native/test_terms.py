@@ -13,8 +13,8 @@ import pytest
 from scipy.special import jv
 
 import hertzchain as hc
-from hertzchain.engines.native.damped_runs import Adaptive, integrate_damped
 from hertzchain.engines.native.equations import Chain
+from hertzchain.engines.native.simulation import Adaptive, integrate_damped
 from hertzchain.observables.peaks import largest_difference
 from tests.conftest import STEEL
 from tests.oracles import extrapolation
@@ -168,7 +168,7 @@ def test_an_expensive_scene_takes_the_cheaper_method(gaps: int, method: str) -> 
 
 def test_both_methods_agree_where_either_may_be_taken(monkeypatch: pytest.MonkeyPatch) -> None:
     by_events = hc.Native(rtol=1e-6).run(GAPS)
-    monkeypatch.setattr("hertzchain.engines.native.backend._ADAPTIVE_WORK", np.inf)
+    monkeypatch.setattr("hertzchain.engines.native.backend.LONG_RUN", np.inf)
     by_equal_steps = hc.Native(rtol=1e-6).run(GAPS)
     assert (by_events.method, by_equal_steps.method) == ("dop853", "srkn-11b")
     stated = by_events.error_estimate + by_equal_steps.error_estimate

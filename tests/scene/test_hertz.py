@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad, solve_ivp
 
-from hertzchain.contact import hertz
+from hertzchain.scene import hertz
 
 STIFFNESS, OVERLAP = 1.41e10, 3e-6
 FORCE = hertz.force_of(STIFFNESS, OVERLAP)

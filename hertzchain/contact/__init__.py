@@ -1,1 +1,0 @@
-"""The contact of two granules."""
