@@ -17,8 +17,8 @@ COMPARISON = ("check", "comparison", "run_checks")
 """Modules of ``verdict/`` that compare; the others judge what was computed elsewhere."""
 
 PLACES = (
-    "   cli", "  fits uncertainty", "   sweeps", "   report", "   verdict known",
-    " comparison examiner pulses", "  slips",
+    "   cli", "  lab", "   sweeps", "   report", "   verdict known",
+    " comparison", "  examiner pulses", "  slips",
     "theory native lammps liggghts yade", "  lammps.reading", " external", " observables",
     " scene", " contact",
 )  # fmt: skip

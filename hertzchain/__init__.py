@@ -23,10 +23,14 @@ if TYPE_CHECKING:
     from hertzchain.examiner.examined import DeckCheck as DeckCheck
     from hertzchain.examiner.examined import DeckExamination as DeckExamination
     from hertzchain.examiner.examining import examine as examine
-    from hertzchain.fits.fit import Fit as Fit
-    from hertzchain.fits.fit import fit as fit
     from hertzchain.known.certificate import Certificate as Certificate
     from hertzchain.known.certificate import certify as certify
+    from hertzchain.lab.fit import Fit as Fit
+    from hertzchain.lab.fit import fit as fit
+    from hertzchain.lab.spread import Spread as Spread
+    from hertzchain.lab.spread import spread as spread
+    from hertzchain.lab.validation import Validation as Validation
+    from hertzchain.lab.validation import validate as validate
     from hertzchain.observables.result import Result as Result
     from hertzchain.report.figures import plot as plot
     from hertzchain.report.files import write_trajectory as write_trajectory
@@ -50,10 +54,6 @@ if TYPE_CHECKING:
     from hertzchain.sweeps.design import scenes as scenes
     from hertzchain.sweeps.sweeping import Sweep as Sweep
     from hertzchain.sweeps.sweeping import sweep as sweep
-    from hertzchain.uncertainty.spread import Spread as Spread
-    from hertzchain.uncertainty.spread import spread as spread
-    from hertzchain.uncertainty.validation import Validation as Validation
-    from hertzchain.uncertainty.validation import validate as validate
     from hertzchain.verdict.comparison import Comparison as Comparison
     from hertzchain.verdict.comparison import compare as compare
     from hertzchain.verdict.judgement import Judgement as Judgement
@@ -74,7 +74,7 @@ _HOME = {
         "errors": "HertzchainError",
         "examiner.examined": "DeckCheck DeckExamination",
         "examiner.examining": "examine",
-        "fits.fit": "Fit fit",
+        "lab.fit": "Fit fit",
         "known.certificate": "Certificate certify",
         "observables.result": "Result",
         "report.figures": "plot",
@@ -86,8 +86,8 @@ _HOME = {
         "scene.terms": "Contact Gauge Precompression Uncertain Wall",
         "sweeps.design": "scenes",
         "sweeps.sweeping": "Sweep sweep",
-        "uncertainty.spread": "Spread spread",
-        "uncertainty.validation": "Validation validate",
+        "lab.spread": "Spread spread",
+        "lab.validation": "Validation validate",
         "verdict.comparison": "Comparison compare",
         "verdict.judgement": "Judgement",
         "verdict.results": "TrainJudgement judge judge_trains",
@@ -112,7 +112,7 @@ def __getattr__(name: str) -> Any:
     if name == "theory":
         return importlib.import_module("hertzchain.theory")
     if name in _HOME:
-        checked = importlib.import_module("hertzchain.scene.arguments").checked
+        checked = importlib.import_module("hertzchain.scene.keys").checked
         value = checked(getattr(importlib.import_module(_HOME[name]), name))
         return globals().setdefault(name, value)
     raise AttributeError(f"module 'hertzchain' has no attribute {name!r}")

@@ -126,12 +126,9 @@ def is_positive(value: object) -> bool:
 
 def _short(value: object) -> str:
     try:
-        text = repr(value) if isinstance(value, str) else str(value)
-    except ValueError:  # Python does not print integers of more than 4300 digits
-        return "a number of thousands of digits"
-    except RecursionError:
-        return "a value nested too deeply to be shown"
-    return _shortened(text)
+        return _shortened(repr(value) if isinstance(value, str) else str(value))
+    except (ValueError, RecursionError):  # thousands of digits, or of levels
+        return f"a {type(value).__name__} too long to be shown"
 
 
 def _shortened(text: str) -> str:

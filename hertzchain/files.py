@@ -1,11 +1,9 @@
-"""Reading of files within limits of size and waiting time; writing of whole files or none."""
+"""Reading of files within a limit of size; writing of whole files or none."""
 
 from __future__ import annotations
 
 import errno
 import os
-import select
-import stat
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
 from pathlib import Path
@@ -13,25 +11,14 @@ from tempfile import TemporaryDirectory
 
 from hertzchain.errors import OutputError
 
-_PIPE_SECONDS = 5.0  # seconds to wait for the first bytes of a pipe or a terminal
-
 
 def read_bytes(path: Path, most: int) -> bytes:
-    """Return the content of a file or pipe, bounded in size and waiting time.
-
-    OSError for more than ``most`` bytes; ValueError for an impossible file name.
-    """
-    content = b""
-    with open(path, "rb", buffering=0, opener=_open_at_once) as stream:
-        comes_later = not stat.S_ISREG(os.fstat(stream.fileno()).st_mode) and os.name == "posix"
-        while len(content) <= most:
-            if comes_later and not select.select([stream], [], [], _PIPE_SECONDS)[0]:
-                raise OSError(errno.ETIMEDOUT, f"nothing came out of it for {_PIPE_SECONDS:g} s")
-            piece = stream.read(most + 1 - len(content))
-            if not piece:
-                return content
-            content += piece
-    raise OSError(errno.EFBIG, f"larger than {most / 1e6:g} MB")
+    """Return the content of a file or pipe; OSError for more than ``most`` bytes."""
+    with path.open("rb") as stream:
+        content = stream.read(most + 1)
+    if len(content) > most:
+        raise OSError(errno.EFBIG, f"larger than {most / 1e6:g} MB")
+    return content
 
 
 def text_in(content: bytes) -> str | None:
@@ -62,11 +49,6 @@ def read_rows(path: Path, most: int) -> tuple[list[str], list[list[str]]]:
     except (OSError, ValueError, csv.Error) as problem:  # ValueError: not text, or no file name
         raise ValueError(getattr(problem, "strerror", None) or "not a text file") from None
     return [cell.strip() for cell in rows[0]] if rows else [], rows[1:]
-
-
-def _open_at_once(name: str, flags: int) -> int:
-    """Open a file, without waiting for a writer if it is a pipe."""
-    return os.open(name, flags | getattr(os, "O_NONBLOCK", 0))
 
 
 def write_text(path: Path | str, text: str) -> None:

@@ -35,9 +35,41 @@ from hertzchain.scene.shocks import PROFILES, Ramp
 from hertzchain.scene.terms import DAMPING, Contact, DampingLaw
 from hertzchain.theory.restitution import damping_ratio, of_ratio
 
+
+class Limits(NamedTuple):
+    """Limits of the search for a cause; a size is a root mean square of relative differences.
+
+    Those without a reason are chosen: ``tests/test_slips.py`` has what is named on either side.
+    """
+
+    factor: float = 0.003  # largest relative distance of a fitted factor from a slip that is named
+    contacts: int = 6  # fewest judged contacts: fewer fit a curve with one parameter too easily
+    size: float = 1e-7  # of differences: 10 times the error of trial runs
+    errors: float = 10.0  # size of the differences over the error of the reference
+    accuracy: float = 1e-4  # of fits, as a part of the differences
+    cause: float = 0.1  # largest part of the differences that a cause leaves
+    alike: float = 3.0  # largest part that is left by mistakes named together, over the smallest
+    # Largest part that a hint leaves. In 60 random mixtures of three mistakes the nearest named one
+    # of them in 30 of 31 that left less, in 7 of 13 that left more (measured).
+    hint: float = 0.07
+    damping: float = 1 / 3  # largest part that damping leaves of what is left without damping
+    rounding: float = 0.1  # largest difference of rounded peaks
+    alone: float = (
+        100.0  # difference of a contact that is off alone, over the next: mistakes stay below
+    )
+    noise: float = 0.1  # largest size of noise
+    noisy_contacts: int = 12  # fewest contacts that can look like noise
+    outlier: float = 4.0  # largest difference of noise over its size: once in 300 sets of 60
+    shift: float = 3.0  # largest mean of noise in its standard errors: samples are all too low
+    # Mean square jump over mean square, from contact to contact: 2 for noise, 0.3 off for 59
+    # contacts; 0.1 for waves, and 1 where only the last contact is off (derived).
+    jumps: float = 1.2
+
+
+LIMITS = Limits()
+
 # ---- Slips in a number
 
-NEAR = 0.003  # largest relative distance of a fitted factor from a slip that is named
 _UNITS = {
     "kN": 1e3, "MN": 1e6, "mN": 1e-3, "uN": 1e-6, "dyn": 1e-5, "kgf": 9.80665, "lbf": 4.4482216,
 }  # fmt: skip
@@ -130,13 +162,14 @@ def near(factors: dict[str, float], factor: float) -> list[str]:
 
     A factor that is clearly farther away than the nearest one is left out.
     """
-    far = {words: abs(factor / q - 1) for words, q in factors.items() if abs(q - 1) > NEAR}
+    most = LIMITS.factor
+    far = {words: abs(factor / q - 1) for words, q in factors.items() if abs(q - 1) > most}
     # Times the distance of the nearest factor: factors beyond it are not named (chosen)
     # Relative error of a fitted factor (measured with velocity Verlet)
     least = 3.0 * max(min(far.values(), default=0.0), 1e-4)
     return [
         words for words, off in far.items()
-        if off < min(NEAR, 0.1 * abs(factors[words] - 1), least)
+        if off < min(most, 0.1 * abs(factors[words] - 1), least)
     ]  # fmt: skip
 
 
@@ -173,9 +206,7 @@ def jumps_like_noise(values: FloatArray) -> bool:
 
     For noise the mean square of jumps is twice that of the values (von Neumann).
     """
-    # Mean square jump over mean square residual: 2 for noise, 0.3 off for 59 contacts; 0.1 for
-    # waves, and 1 where only the last contact is off, as in chains of another length (derived)
-    return bool(np.sum(np.diff(values) ** 2) >= 1.2 * np.sum(values**2))
+    return bool(np.sum(np.diff(values) ** 2) >= LIMITS.jumps * np.sum(values**2))
 
 
 class Fit(NamedTuple):
@@ -360,7 +391,7 @@ def _force(case: Case) -> Iterator[Mistake]:
     scene = with_rise_time(case.scene)
     yield Mistake(
         lambda x: in_words(scene, "force", math.exp(x)),
-        lambda x: case.of(replace(scene, shock=scene.shock.stronger(math.exp(x)))),
+        lambda x: case.of(replace(scene, shock=scene.shock.stretched(force=math.exp(x)))),
         np.linspace(-5.0, 5.0, 41).tolist(),
     )
 
@@ -413,7 +444,6 @@ def _pulse(case: Case) -> Iterator[Mistake]:
 _VERLET: Method = METHODS["velocity-verlet"]
 # usual steps, over a power of ten of seconds (chosen)
 _ROUND = (1.0, 1.25, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 7.5, 8.0)
-_SHORTEST = 0.01  # fraction of the longest step: shorter ones change the peaks by 1e-5 or less
 
 
 def velocity_verlet(
@@ -468,10 +498,11 @@ def steps_and_samples(case: Case) -> Iterator[Mistake]:
         yield from _with_step(case, case.dt)
         return
     longest = stable_step(case.scene, _VERLET.interval)
-    decades = range(math.floor(math.log10(_SHORTEST * longest)), math.ceil(math.log10(longest)))
+    shortest = 0.01 * longest  # shorter steps change the peaks by 1e-5 or less
+    decades = range(math.floor(math.log10(shortest)), math.ceil(math.log10(longest)))
     for decade, digits in itertools.product(decades, _ROUND):
         dt = float(f"{digits}e{decade}")
-        if _SHORTEST * longest <= dt <= longest:
+        if shortest <= dt <= longest:
             with contextlib.suppress(StepUnstable):
                 yield from _with_step(case, dt)
             text = f"samples in place of maxima, {dt:.3g} s apart, of an accurate run"
@@ -525,9 +556,8 @@ def damping(case: Case) -> Iterator[Mistake]:
         text = "contacts that are kept from pulling" if pulls else "contacts that pull as they open"
         yield fixed(text, peaks(replace(right, attraction=not pulls)))
     for law in DAMPING:
-        # A law of damping is named if it leaves 1/3 of what no damping leaves (chosen)
         words = partial(damping_in_words, scene, law)
-        yield Mistake(words, partial(fitted, law), _COEFFICIENTS, without / 3.0)
+        yield Mistake(words, partial(fitted, law), _COEFFICIENTS, LIMITS.damping * without)
 
 
 def contact_of(scene: Scene, law: DampingLaw, log: float, pulls: bool = False) -> Contact:
@@ -575,13 +605,6 @@ def _described(contact: Contact) -> str:
 
 # ---- Families of mistakes, and the search for a cause
 
-FEWEST = 6  # least number of contacts: fewer fit a curve with one parameter too easily
-_FIT_ACCURACY = 1e-4  # accuracy of fits, as a part of the differences
-# Largest part of the differences that a hint may leave. In 60 random mixtures of three mistakes the
-# nearest named one of them in 30 of 31 that left less, in 7 of 13 that left more (measured).
-_HINT_RESIDUAL = 0.07
-_OUTLIER = 4.0  # largest difference of noise over its root mean square: once in 300 sets of 60
-
 
 class Family(NamedTuple):
     """Mistakes in one thing."""
@@ -625,19 +648,17 @@ def likely_cause(case: Case, progress: Callable[[str], object] = lambda _: None)
     ``progress`` is called with a line before each family of mistakes.
     """
     size = case.size
-    # Differences below this are comparable to the error of the trial runs, 1e-8
-    if size < max(1e-7, 10 * case.reference.error_estimate):
+    if size < max(LIMITS.size, LIMITS.errors * case.reference.error_estimate):
         return Explanation()
-    if np.count_nonzero(case.judged) < FEWEST:
-        few = f"a cause is named only if at least {FEWEST} contacts are judged"
+    if np.count_nonzero(case.judged) < LIMITS.contacts:
+        few = f"a cause is named only if at least {LIMITS.contacts} contacts are judged"
         return Explanation(remark=few)
     if (text := _rounded(case) or _one_contact(case)) is not None:
         return Explanation(text)
     fits: list[tuple[Fit, Mistake]] = []
     remark = None
     for family in families_for(case.scene):
-        # Part of the differences: the search ends with a mistake that leaves no more
-        if family.is_costly and any(fit.left <= 1e-4 * size for fit, _ in fits):
+        if family.is_costly and any(fit.left <= LIMITS.accuracy * size for fit, _ in fits):
             continue  # no other mistake can leave as little
         progress(f"looking for the cause: {family.name}")
         try:
@@ -650,17 +671,13 @@ def likely_cause(case: Case, progress: Callable[[str], object] = lambda _: None)
     fits.sort(key=lambda pair: pair[0].left)
     least = fits[0][0].left if fits else math.inf
     # With more left than is allowed, a mistake explains only a part, unless the rest is noise.
-    allowed = max(case.tolerance, _FIT_ACCURACY * size)
-    # Largest part of the differences that a named mistake may leave, root mean square
-    if least > 0.1 * size or (least > allowed and not fits[0][0].leaves_noise):
+    allowed = max(case.tolerance, LIMITS.accuracy * size)
+    if least > LIMITS.cause * size or (least > allowed and not fits[0][0].leaves_noise):
         return Explanation(hint=_hint(case, fits, remark is None), remark=remark)
-    # Mistakes that leave at most this many times the least are named too
-    alike = 3.0 * max(least, _FIT_ACCURACY * size)
+    alike = LIMITS.alike * max(least, LIMITS.accuracy * size)
     sentences = [mistake.words(fit.value) for fit, mistake in fits if fit.left <= alike]
-    text = "; or ".join(dict.fromkeys(sentences))
-    return Explanation(
-        f"{text}; leaves {max(least / size, 1e-6):.1g} of the differences", None, remark
-    )
+    left = f"leaves {max(least / size, 1e-6):.1g} of the differences"
+    return Explanation(f"{'; or '.join(dict.fromkeys(sentences))}; {left}", None, remark)
 
 
 def _hint(case: Case, fits: list[tuple[Fit, Mistake]], all_tried: bool) -> str:
@@ -670,18 +687,15 @@ def _hint(case: Case, fits: list[tuple[Fit, Mistake]], all_tried: bool) -> str:
         text = "no mistake that was tried explains these peaks"
     off = case.differences
     rms, most = float(np.sqrt(np.mean(off**2))), float(np.max(np.abs(off)))
-    # Root mean square: peaks with more noise are not called the scene's (chosen)
-    even = most <= _OUTLIER * rms <= _OUTLIER * 0.1
-    # Largest mean of noise, in its standard errors (chosen): samples are all too low
-    about_0 = abs(np.mean(off)) <= 3.0 * rms / np.sqrt(off.size)
-    # Least number of contacts that can look like noise (chosen)
-    if off.size >= 12 and even and about_0 and jumps_like_noise(off):
+    even = most <= LIMITS.outlier * rms and rms <= LIMITS.noise
+    about_0 = abs(np.mean(off)) <= LIMITS.shift * rms / np.sqrt(off.size)
+    if off.size >= LIMITS.noisy_contacts and even and about_0 and jumps_like_noise(off):
         return (
             f"{text}: the differences look like noise of {100 * rms:.2g} % about the scene's"
             f" own peaks, with which they agree to {100 * most:.2g} %"
         )
-    if not fits or fits[0][0].left > _HINT_RESIDUAL * case.size:
-        return f"{text}, and none leaves less than {100 * _HINT_RESIDUAL:g} % of the differences"
+    if not fits or fits[0][0].left > LIMITS.hint * case.size:
+        return f"{text}, and none leaves less than {100 * LIMITS.hint:g} % of the differences"
     fit, mistake = fits[0]
     left = f"it leaves {100 * fit.left / case.size:.2g} % of the differences"
     return f"{text}. The nearest is: {mistake.words(fit.value)}; {left}"
@@ -691,8 +705,7 @@ def _rounded(case: Case) -> str | None:
     """Return a sentence if the peaks are the scene's, rounded to a few digits or decimals."""
     given, expected = case.given[case.judged], case.reference.peak_force[case.judged]
     most = float(np.max(np.abs(case.differences)))
-    # Largest difference by rounding; with more, peaks are not the scene's (chosen)
-    if most > 0.1:
+    if most > LIMITS.rounding:
         return None
     size = np.floor(np.log10(np.maximum(given, np.finfo(float).tiny)))
     units = {f"{count} digits": 10.0 ** (size - count + 1) for count in range(2, 8)}
@@ -715,8 +728,7 @@ def _one_contact(case: Case) -> str | None:
     off = np.abs(case.differences)
     *_, next_to, most = np.sort(off)
     contact = case.reference.contact[case.judged][int(np.argmax(off))]
-    # Ratio to the next largest difference (chosen): mistakes stay below it
-    if most < 100.0 * next_to or contact > case.scene.chain.granules - FREE_END:
+    if most < LIMITS.alone * next_to or contact > case.scene.chain.granules - FREE_END:
         return None
     others = f"within {next_to:.1g} of the reference" if next_to else "right"
     return f"contact {contact} alone, as after a typing error: the others are {others}"

@@ -61,11 +61,6 @@ def runs(pid: int) -> bool:
         return False
 
 
-def is_server(pid: int) -> bool:
-    """Return whether a process was started to run LAMMPS for another."""
-    return b"hertzchain.engines.lammps.engine" in command_line(pid)
-
-
 def has_lammps(pid: int) -> bool:
     """Return whether a process has loaded LAMMPS and is about to run it."""
     try:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -9,6 +10,8 @@ from typing import Any
 import numpy as np
 
 import hertzchain as hc
+from hertzchain.arrays import FloatArray
+from hertzchain.scene.shocks import Shock
 from tests.conftest import STEEL, paper_scene
 from validation.random_scenes import random_scene_with_piston
 
@@ -116,7 +119,7 @@ DAMPED = {
     ),
     "dashpot, pulling": replace(TERMS["column"], contact=replace(DASHPOT, attraction=True)),
 }
-"""All laws, and scenes that have every term; LIGGGHTS has no dashpots, Yade only the first."""
+"""All laws, and scenes that have every term; LIGGGHTS has the first two, Yade only the first."""
 
 # Drives
 
@@ -241,6 +244,27 @@ STRONGER = hc.Contact("dashpot", coefficient=20.0)
 def with_law(scenes: dict[str, hc.Scene], law: hc.Contact, *names: str) -> dict[str, hc.Scene]:
     """Scenes with damped contacts: those of these names, by default all."""
     return {name: replace(scenes[name], contact=law) for name in names or scenes}
+
+
+FORMULAS: dict[type[Shock], Callable[[Any, FloatArray], FloatArray]] = {
+    hc.HalfSine: lambda shock, t: np.sin(np.pi / shock.duration * t),
+    hc.Sawtooth: lambda shock, t: t / shock.duration,
+    hc.Trapezoid: lambda shock, t: np.clip(
+        np.minimum(t / shock.rise_time, (shock.duration - t) / shock.fall_time), 0, 1
+    ),
+    hc.Sine: lambda shock, t: np.sin(2 * np.pi * shock.frequency * t),
+}
+"""Force over the largest one at times [s] of a shock, which shares nothing with its ramps."""
+
+
+def force_of(shock: Any, time: FloatArray) -> FloatArray:
+    """The force of a shock [N] by its formula, 0 after its end."""
+    if isinstance(shock, hc.PulseTable):
+        return np.interp(time, shock.time, shock.force, left=0.0, right=0.0)
+    if type(shock) not in FORMULAS:
+        return np.zeros_like(time)
+    force = shock.peak_force * FORMULAS[type(shock)](shock, time)
+    return np.where(time < shock.ramps()[-1].end, force, 0.0)
 
 
 TABLE: dict[str, dict[str, hc.Scene]] = {

@@ -28,7 +28,7 @@ LEVELS = (
     ("known", "verdict"),
     ("report",),
     ("sweeps",),
-    ("fits", "uncertainty"),
+    ("lab",),
     ("cli", "pytest_plugin"),
     ("__main__",),
 )
@@ -39,7 +39,7 @@ level may.
 ENGINES = LEVELS[5]
 """They never import one another: their independence is what a comparison is worth."""
 
-THE_SAME_END = ("hertzchain.engines.external.engine", "hertzchain.engines.native.duration")
+THE_SAME_END = ("hertzchain.engines.external.engine", "hertzchain.engines.native.backend")
 """The one import between engines: a default end that quick runs find is that of every engine."""
 
 SHOWN = "hertzchain.shown"
@@ -50,8 +50,11 @@ OUTSIDE = ("hertzchain", "hertzchain.engines", "hertzchain.lammps")
 
 NOT_ON_THE_MAP = {*LEVELS[0], *OUTSIDE, "pytest_plugin", "registry", "__init__", "__main__"}
 
-CORE_LOOKS_OUT = {("hertzchain.verdict.comparison", "hertzchain.verdict.generated_deck")}
-"""The one import of the core from what stands around it: all decks are examined alike."""
+CORE_LOOKS_OUT = {
+    ("hertzchain.verdict.comparison", f"hertzchain.examiner.{module}")
+    for module in ("examining", "probes")
+}
+"""The imports of the core from what stands around it: all decks are examined alike."""
 
 
 FILES = {

@@ -21,7 +21,7 @@ import pandas
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.native.as_written import judging_peaks
-from hertzchain.engines.native.duration import with_end
+from hertzchain.engines.native.backend import with_end
 from hertzchain.engines.native.plan import METHODS
 from hertzchain.limits import Deadline
 from hertzchain.observables.error_bound import (
@@ -144,7 +144,7 @@ def needed_factors(call: Call, result: hc.Result, truth: hc.Result) -> dict[str,
     times = []
     for name, some in (("arrival", clear), ("width", clear & first.is_steady & true.is_steady)):
         off = np.where(some, np.abs(getattr(first, name) - getattr(true, name)), np.nan)
-        times.append(needed(off, name, dynamic, safety.of_times, unit))
+        times.append(needed(off, name, dynamic, safety.factor_of_times, unit))
     return {"forces": forces, "times": max(times)}
 
 
@@ -168,7 +168,7 @@ def measure(quick: bool, with_lammps: bool) -> pandas.DataFrame:
             if number // 3 % LAMMPS_SHARE == 0:
                 with suppress(hc.HertzchainError):
                     ratio = judged_by_scipy(scene, truth)
-                    needed.setdefault(("SciPy, judging", "forces", "native"), []).append(ratio)
+                    needed.setdefault(("erratic", "forces", "SciPy"), []).append(ratio)
             for backend in backends(number, rng, scene, with_lammps):
                 with suppress(hc.HertzchainError), recorded_bounds() as calls:
                     result = backend.run(scene)
@@ -189,7 +189,7 @@ def promises(table: pandas.DataFrame) -> list[Row]:
     rows = []
     for entry in table.sort_values(["kind", "what"]).to_dict("records"):
         safety = SAFETIES[entry["kind"]]
-        factor = safety.factor if entry["what"] == "forces" else safety.of_times
+        factor = safety.factor if entry["what"] == "forces" else safety.factor_of_times
         what = f"{safety.kind}: {entry['what']}, {entry['runs']} runs"
         reason = "the safety factor in error_bound.SAFETIES, with what was measured before"
         rows.append(row(what, entry["backend"], entry["needed"], 0.0, factor, reason))

@@ -10,8 +10,8 @@ import pandas
 from scipy.integrate import solve_ivp
 
 import hertzchain as hc
-from hertzchain.fits.fit import LEAST_CHANCE, MOST_MEAN_SQUARE
-from hertzchain.uncertainty.validation import validate
+from hertzchain.lab.fit import LEAST_CHANCE, MOST_MEAN_SQUARE
+from hertzchain.lab.validation import validate
 from validation.script import Row, Script, progress, row
 from validation.shipped import STEEL
 

@@ -25,7 +25,7 @@ from hertzchain.engines.native.simulation import Prepared
 from hertzchain.observables.samples import Samples
 from hertzchain.observables.watch import PeakWatch
 from hertzchain.scene import schedule
-from hertzchain.scene.granules import Granules
+from hertzchain.scene.chain import Granules
 from hertzchain.scene.schedule import Leg
 from hertzchain.scene.shocks import Pulse, Ramp
 from hertzchain.verdict import run_checks

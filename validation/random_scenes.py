@@ -14,9 +14,8 @@ import hertzchain as hc
 from hertzchain.contact import hertz
 from hertzchain.errors import HertzchainError
 from hertzchain.scene.chain import length_and_time
-from hertzchain.scene.granules import granules_of
 from hertzchain.scene.shocks import PROFILES, profile_named
-from hertzchain.scene.terms import DAMPING, WALLS, DampingLaw, WallKind
+from hertzchain.scene.terms import DAMPING, WALLS, DampingLaw, WallKind, granules_of
 from validation.shipped import STEEL, pulse_of
 
 Draw = Callable[[np.random.Generator, int], hc.Scene]

@@ -6,7 +6,6 @@
 from __future__ import annotations
 
 import functools
-from dataclasses import fields
 
 import pandas
 from matplotlib.figure import Figure
@@ -69,18 +68,20 @@ def promises(table: pandas.DataFrame) -> list[Row]:
 
 
 def draw(table: pandas.DataFrame) -> Figure:
-    """Draw error against time: medians of the scenes, and the range of their errors."""
-    return plot_tradeoff([_of(str(key), some) for key, some in table.groupby("scene", sort=False)])
-
-
-def _of(name: str, frame: pandas.DataFrame) -> Tradeoff:
-    """The rows of a scene, as they were measured."""
-    entries = frame.rename(columns={"step_s": "step", "wall_time_s": "wall_time"})
-    names = [field.name for field in fields(Setting)]
-    # What a setting does not have is NaN in a table.
-    records = entries[names].astype(object).where(entries[names].notna(), None).to_dict("records")
-    rows = tuple(Setting(**{str(key): value for key, value in row.items()}) for row in records)
-    return Tradeoff(load(name), rows, float(frame["truth_error"].iloc[0]), False, ())
+    """Draw error against time: medians of the settings that all scenes have."""
+    setting = table.groupby(["contender", "natural_step", "rtol"], sort=False, dropna=False)
+    names = table["scene"].unique()
+    whole = table[setting["scene"].transform("size") == len(names)]
+    numbers = ["error", "force_evaluations", "wall_time_s"]
+    keys = ["contender", "engine", "natural_step", "rtol"]
+    medians = whole.groupby(keys, sort=False, dropna=False)[numbers].median().reset_index()
+    medians = medians.rename(columns={"wall_time_s": "wall_time"}).assign(step=None)
+    records = (
+        {str(key): value for key, value in record.items()} for record in medians.to_dict("records")
+    )
+    rows = tuple(Setting(**record) for record in records)
+    measured = Tradeoff(load(names[0]), rows, float(table["truth_error"].max()))
+    return plot_tradeoff(measured, title=f"medians of {len(names)} scenes")
 
 
 SCRIPTS = {

@@ -50,8 +50,7 @@ def deck(
     -------
     engine: Code that runs the deck.
     rtol: Relative error of the peaks by the step. Default: 1e-6, with damped contacts 1e-4.
-    watch_every STEPS: Steps between two samples of the overlaps; 0: none, and no verdict. Default:
-        0.005 natural time units.
+    watch_every STEPS: Steps between two samples of the overlaps. Default: 0.005 natural time units.
     pair_style: Pair style of LAMMPS for Hertz's law.
     """
     from hertzchain.known import answer

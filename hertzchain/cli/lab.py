@@ -131,9 +131,9 @@ def judge(
     tolerance: Largest relative difference that passes, 0.001 unless given. Of a scene with
         [uncertainty]: one that must be detected, 0.1 unless given.
     """
+    from hertzchain.lab.validation import SEEN, Validation, of_validation, validate
     from hertzchain.pulses.recording import read_columns
     from hertzchain.report.contents import document_of
-    from hertzchain.uncertainty.validation import SEEN, Validation, of_validation, validate
     from hertzchain.verdict.results import is_train, judge_trains
     from hertzchain.verdict.results import judge as judge_peaks
     from hertzchain.verdict.traces import is_traces, judge_traces, names_in
@@ -178,11 +178,9 @@ class FitOptions(options.TraceOptions):
     -------
     own_clocks: Each file has a clock of its own. Default: files of different gauges share one, as
         channels of one record.
-    hum HZ: Frequency of the hum of --free gauge_6.hum, such as 50.
     """
 
     own_clocks: bool = False
-    hum: str | None = None
 
     @property
     def clock(self) -> str:
@@ -191,20 +189,12 @@ class FitOptions(options.TraceOptions):
         require(not both, "--own-clocks", None, "cannot go with --no-shift: leave one of them out")
         return "own" if self.own_clocks else "run" if self.no_shift else "shared"
 
-    def with_hum(self, free: list[str]) -> list[str]:
-        """Return free keys, those of hum with its frequency."""
-        is_hum = [key.strip().endswith(".hum") for key in free]
-        options.refuse_without_need(any(is_hum), hum=self.hum)
-        hum = f"={self.hum}" if self.hum else ""
-        return [key + hum if has_hum else key for key, has_hum in zip(free, is_hum, strict=True)]
-
 
 def fit(
     scene: Path,
     files: list[Path],
     *,
     free: list[str],
-    tie: list[str] | None = None,
     how: FitOptions,
     output: Path | None = None,
     time_limit: str = "1 h",
@@ -221,20 +211,17 @@ def fit(
         at once.
     free KEY: A key of the scene to be fitted, such as chain.young_modulus, with a range where
         wanted, KEY=LOW:HIGH; repeatable. gain: the ratio of measured to true forces, the same for
-        all gauges; gauge_6.gain, .offset, .drift, .droop, .hum: of the gauge of a column.
-    tie KEY=FORMULA: A key that follows from others by a formula of their full names, in SI units;
-        repeatable. A fixed length: chain.granules='0.2 / (2 * chain.radius)'.
+        all gauges; gauge_6.gain, .offset, .drift: of the gauge of a column.
     output FILE: Write the fitted scene (.toml).
     time_limit TIME: How long all runs together may take, seconds or with a unit ("10 min").
     """
-    from hertzchain.fits import fit as fits
+    from hertzchain.lab import fit as fits
 
     limit = options.to_time_limit(time_limit)
     loaded = options.load_scene(scene)
-    ties = options.by_name("--tie", tie, "chain.granules='0.2 / (2 * chain.radius)'")
     with working() as report_progress:
         fitted = fits.fit(
-            loaded, files, how.with_hum(free), ties=ties, columns=how.columns, clock=how.clock,
+            loaded, files, free, columns=how.columns, clock=how.clock,
             time_limit=limit, progress=report_progress,
         )  # fmt: skip
     return Answer(
@@ -296,9 +283,9 @@ def spread(
     time_limit TIME: How long all runs together may take, seconds or with a unit ("10 min").
     output: Write the spread of all results (.csv, .parquet, .json).
     """
+    from hertzchain.lab import spread as spreads
+    from hertzchain.lab.spread import plot_spread, print_spread
     from hertzchain.report.files import check_format, write_result
-    from hertzchain.uncertainty import spread as spreads
-    from hertzchain.uncertainty.spread import plot_spread, print_spread
 
     check_format(output, "result")
     loaded, limit = options.load_scene(scene), options.to_time_limit(time_limit)

@@ -264,7 +264,6 @@ _NEEDS = {
     **dict.fromkeys(("lmp", "ranks"), "is for --backend lammps"),
     **dict.fromkeys(("watch_every", "pair_style"), "is for --engine lammps"),
     **dict.fromkeys(("no_shift", "column"), "is for measured traces"),
-    "hum": "is for --free gauge_6.hum",
     "record": "goes with -o, --plot, --report or --traces FILE",
     "size": "goes with --plot FILE",
 }

@@ -80,7 +80,7 @@ def working(is_native: bool = True) -> Iterator[Callable[[str], None]]:
             yield report_progress
             return
         from hertzchain.engines.native import elastic
-        from hertzchain.observables.preparation import Watched
+        from hertzchain.observables.compiling import Watched
 
         what = "compiling kernels for this kind of scene, once"
         if elastic.march.stats.cache_path is None:

@@ -188,7 +188,7 @@ def run(
     -------
     backend: Backend that simulates.
     """
-    from hertzchain.engines.native.duration import with_end
+    from hertzchain.engines.native.backend import with_end
     from hertzchain.report.contents import of_result
 
     loaded = options.load_scene(scene)
@@ -236,7 +236,7 @@ def compare(
         second or two.
     """
     from hertzchain.engines.external.accuracy import usual_accuracy
-    from hertzchain.engines.native.duration import with_end
+    from hertzchain.engines.native.backend import with_end
     from hertzchain.report.contents import document_of
     from hertzchain.report.files import plot_times
     from hertzchain.verdict import comparison
@@ -310,8 +310,8 @@ def tradeoff(scene: Path, *, picture: options.PictureOptions) -> Answer:
         measured = measure(loaded, progress=report_progress)
     return Answer(
         measured.to_dict,
-        lambda console: print_tradeoff(console, [measured]),
-        [picture.picture(lambda size: figures.plot_tradeoff([measured], size))],
+        lambda console: print_tradeoff(console, measured),
+        [picture.picture(lambda size: figures.plot_tradeoff(measured, size))],
         measured.remarks,
         UNUSABLE if measured.missing else DONE,
     )

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import math
 import re
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
@@ -13,21 +12,17 @@ from typing import ClassVar
 
 import numpy as np
 
-from hertzchain.engines.external.engine import Found, ProgramEngine
-from hertzchain.engines.external.observation import Granules, read_frames
+from hertzchain.engines.external.engine import ProgramEngine
+from hertzchain.engines.external.observation import Granules, Observation, read_frames
 from hertzchain.engines.external.terms import (
     LET_GO_PISTON,
-    MOST_MATERIALS,
     OF_OTHER_CODES,
-    Material,
     force_on_ramp,
     load_commands,
     materials_of,
     motion_commands,
-    numbered,
     positions,
     push_command,
-    refuse_damping_of_wall,
     refuse_long,
     stroke_commands,
     wall_material,
@@ -37,121 +32,6 @@ from hertzchain.engines.external.terms import (
 from hertzchain.errors import RunFailed
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
-from hertzchain.scene.terms import Contact
-
-_LEAST_RESTITUTION = 0.05
-"""Restitution above which LIGGGHTS accepts values."""
-
-Type = tuple[Material, float]
-"""A material and the mass of its granules [kg]: infinite for a wall, NaN if not needed."""
-
-
-def refuse_damping(contact: Contact | None) -> None:
-    """Raise RunFailed for damping that LIGGGHTS does not have."""
-    if contact is None:
-        return
-    if contact.restitution is not None and contact.restitution <= _LEAST_RESTITUTION:
-        raise RunFailed(
-            f"LIGGGHTS takes a restitution above {_LEAST_RESTITUTION:g}, this one is"
-            f" {contact.restitution:g}: take another backend"
-        )
-    if contact.coefficient is not None:
-        raise RunFailed(
-            "LIGGGHTS has no dashpot damping with Hertz's law: take another damping or backend"
-        )
-
-
-def types_of(scene: Scene) -> tuple[list[Type], list[int]]:
-    """Return the types, the wall's last, and for each granule the number of its type, from 1.
-
-    RunFailed if there are more than a deck can have.
-    """
-    each = scene.granules
-    materials, kinds = materials_of("LIGGGHTS", each)
-    types = [(material, math.nan) for material in materials]
-    if scene.contact is not None and scene.contact.damping == "viscoelastic":
-        masses = zip(kinds, each.mass.tolist(), strict=True)
-        pairs = [(materials[kind - 1], mass) for kind, mass in masses]
-        types, kinds = numbered(pairs)
-        if len(types) > MOST_MATERIALS:
-            raise RunFailed(
-                f"{len(types)} pairs of material and mass are too many for viscoelastic contacts in"
-                f" a LIGGGHTS deck: at most {MOST_MATERIALS}"
-            )
-    if scene.wall is not None:
-        types.append((wall_material(scene), math.inf))  # the wall's own type
-    return types, kinds
-
-
-def model_of(contact: Contact | None) -> tuple[str, str]:
-    """Return the model of a contact, and its options."""
-    limit = "" if contact is None or contact.attraction else " limitForce on"
-    is_viscoelastic = contact is not None and contact.damping == "viscoelastic"
-    return "hertz/stiffness" if is_viscoelastic else "hertz", limit
-
-
-def pair_commands(types: list[Type], contact: Contact | None) -> list[str]:
-    """Return the commands for Hertz's law between all types, and damping."""
-    damping = (
-        "without damping (coefficient of restitution 1)" if contact is None else "with damping"
-    )
-    model, options = model_of(contact)
-    return [
-        f"# Hertz's law {damping} and tangential force.",
-        *_numbers(types, contact),
-        f"pair_style gran model {model} tangential off{options}",
-        "pair_coeff * *",
-    ]
-
-
-def _numbers(types: list[Type], contact: Contact | None) -> list[str]:
-    """Return the numbers of the model."""
-    if contact is not None and contact.damping == "viscoelastic":
-        return _viscoelastic(types, contact.parameter)
-    modulus, poisson = zip(*(material for material, _ in types), strict=True)
-    restitution = 1.0 if contact is None else contact.parameter
-    return [
-        _each("youngsModulus", modulus),
-        _each("poissonsRatio", poisson),
-        *_pairs("coefficientRestitution", types, lambda *_: restitution),
-    ]
-
-
-def _viscoelastic(types: list[Type], tau: float) -> list[str]:
-    """Return the numbers of Hertz's law with the damping of Kuwabara and Kono."""
-
-    def reduced(first: Type, other: Type) -> float:
-        """Return E* of two materials [Pa]."""
-        return 1 / sum((1 - poisson**2) / modulus for (modulus, poisson), _ in (first, other))
-
-    def stiffness(first: Type, other: Type) -> float:
-        return 4 / 3 * reduced(first, other)
-
-    def damping(first: Type, other: Type) -> float:
-        return 2 * tau * reduced(first, other) * (1 / first[1] + 1 / other[1])
-
-    return [
-        *_pairs("kn", types, stiffness),
-        *_pairs("gamman", types, damping),
-        *_pairs("kt", types, lambda *_: 0.0),
-        *_pairs("gammat", types, lambda *_: 0.0),
-    ]
-
-
-def _each(what: str, values: Sequence[float]) -> str:
-    """Return the command for a property of each type."""
-    return f"fix {what} all property/global {what} peratomtype {' '.join(map(repr, values))}"
-
-
-def _pairs(what: str, types: list[Type], value: Callable[[Type, Type], float]) -> list[str]:
-    """Return the command for a property of each pair of types, a line for each first type."""
-    rows = [f"    {' '.join(repr(value(first, other)) for other in types)}" for first in types]
-    return [
-        f"fix {what} all property/global {what} peratomtypepair {len(types)} &",
-        *(f"{row} &" for row in rows[:-1]),
-        rows[-1],
-    ]
-
 
 # files with the granules before the shock, and with all readings
 AT_REST, READINGS = "at_rest.dump", "readings.dump"
@@ -177,32 +57,43 @@ START = (
 
 
 def set_up(scene: Scene) -> str:
-    """Return the commands that create the chain, ready to run.
-
-    RunFailed for a scene whose deck would be too long.
-    """
+    """Return the commands that create the chain, ready to run; RunFailed if they are too many."""
     refuse_long("a LIGGGHTS deck of", scene)
-    refuse_damping(scene.contact)
-    types, kinds = types_of(scene)
+    materials, kinds = materials_of("LIGGGHTS", scene.granules)
+    if scene.wall is not None:
+        materials = [*materials, wall_material(scene)]
+    count, contact = len(materials), scene.contact
+    moduli, ratios = (" ".join(map(repr, column)) for column in zip(*materials, strict=True))
+    pairs = "property/global coefficientRestitution peratomtypepair"
+    row = "    " + " ".join([repr(1.0 if contact is None else contact.parameter)] * count)
+    limit = "" if contact is None or contact.attraction else " limitForce on"
+    damping = (
+        "without damping (coefficient of restitution 1)" if contact is None else "with damping"
+    )
     lines = [
         *START,
         "",
-        *_granules(scene, kinds, len(types)),
+        *_granules(scene, kinds, count),
         "# Wide enough for the nearest neighbours, too narrow for the next; looked at every step.",
         f"neighbor {float(np.min(scene.granules.radius)) / 2!r} bin",
         "neigh_modify delay 0",
         "",
-        *pair_commands(types, scene.contact),
+        f"# Hertz's law {damping} and tangential force.",
+        f"fix youngsModulus all property/global youngsModulus peratomtype {moduli}",
+        f"fix poissonsRatio all property/global poissonsRatio peratomtype {ratios}",
+        f"fix coefficientRestitution all {pairs} {count} &",
+        " &\n".join([row] * count),
+        f"pair_style gran model hertz tangential off{limit}",
+        "pair_coeff * *",
         "",
         *motion_commands(scene),
         "thermo 1000000000",
         f"group last id {scene.chain.granules}",
     ]
     if scene.wall is not None:
-        model, options = model_of(scene.contact)
         lines += [
-            f"fix wall all wall/gran model {model} tangential off store_force yes &",
-            f"    primitive type {len(types)} xplane {wall_position(scene)!r}{options}",
+            "fix wall all wall/gran model hertz tangential off store_force yes &",
+            f"    primitive type {count} xplane {wall_position(scene)!r}{limit}",
         ]
     return "\n".join([*lines, *load_commands(scene)]) + "\n"
 
@@ -296,10 +187,7 @@ def _digits(columns: Sequence[str]) -> str:
 
 
 def deck(scene: Scene, legs: Sequence[Leg], about: Sequence[str]) -> str:
-    """Return a deck for ``liggghts -in FILE`` that prints peaks and writes them to peaks.csv.
-
-    The lines ``about`` stand above the deck.
-    """
+    """Return a deck for ``liggghts -in FILE`` that writes peaks.csv, below the lines ``about``."""
     # Of a contact force, natural time units: costs about 5e-6
     interval = max(1, int(0.005 * scene.units.time / max(leg.dt for leg in legs)))
     contacts = range(2, scene.chain.granules + 1)
@@ -387,13 +275,16 @@ def _sample_peaks(scene: Scene, contacts: Sequence[int], interval: int) -> list[
 
 _LOG = "log.liggghts"
 
+_LEAST_RESTITUTION = 0.05
+"""Restitution above which LIGGGHTS accepts values."""
+
 
 @dataclass(frozen=True)
 class Liggghts(ProgramEngine):
     """A generated deck, run by the program ``liggghts``, a fork of LAMMPS.
 
     Each run starts the program, which takes half a second. It accepts Poisson's ratios from 0 to
-    0.5 and restitutions above 0.05, and has no dashpots.
+    0.5; contacts are elastic or have a restitution above 0.05.
 
     Parameters
     ----------
@@ -414,44 +305,40 @@ class Liggghts(ProgramEngine):
 
     program: str = "liggghts"
 
-    def method_of(self, scene: Scene) -> str:
+    def method_of(self, scene: Scene) -> str:  # noqa: ARG002 - the same for all
         """Return the name of the method in the result."""
-        return f"velocity-verlet, gran model {model_of(scene.contact)[0]}"
+        return "velocity-verlet, gran model hertz"
 
-    def _refuse(self, scene: Scene) -> None:
-        refuse_damping(scene.contact)
-        refuse_damping_of_wall("LIGGGHTS", scene)
-        for whose, ratio in _poisson_ratios(scene):
+    def refuse(self, scene: Scene) -> None:
+        """Raise RunFailed for a scene that LIGGGHTS cannot simulate."""
+        super().refuse(scene)
+        if scene.contact is not None and scene.contact.parameter <= _LEAST_RESTITUTION:
+            raise RunFailed(
+                f"LIGGGHTS takes a restitution above {_LEAST_RESTITUTION:g}, this one is"
+                f" {scene.contact.parameter:g}: take another backend"
+            )
+        ratios = {"chain": float(np.min(scene.granules.poisson_ratio))}
+        if scene.wall is not None and scene.wall.poisson_ratio is not None:
+            ratios["wall"] = scene.wall.poisson_ratio
+        for whose, ratio in ratios.items():
             if ratio < 0:
                 raise RunFailed(
                     f"LIGGGHTS has no Poisson's ratio below 0, this {whose} has {ratio:g}: take"
                     " another backend"
                 )
 
-    def _command(self, program: str) -> list[str]:
+    def command(self, program: str) -> list[str]:
+        """Return the command that runs ``FILE``."""
         return [program, "-in", self.FILE, "-log", _LOG, "-echo", "none"]
 
-    def _found(self, folder: Path, scene: Scene) -> Found:
+    def replay(self, folder: Path, scene: Scene, strides: Sequence[int], seen: Observation) -> str:
+        """Pass the readings that LIGGGHTS left to the observation; return its version."""
         _, rest = read_frames(folder / AT_REST, GRANULES)
         _, frames = read_frames(folder / READINGS, columns_of(scene))
         # The force on the wall is opposite to that on the last granule.
         count = len(COLUMNS)
         wall_force = None if scene.wall is None else -frames[:, count, -1]
-        readings = frames[:, :count]
-        return Found(_version(folder / _LOG), Granules(*rest[0]), readings, wall_force)
-
-
-def _poisson_ratios(scene: Scene) -> list[tuple[str, float]]:
-    """Yield the lowest Poisson's ratio of the chain, and that of an elastic wall."""
-    ratios = [("chain", float(np.min(scene.granules.poisson_ratio)))]
-    if scene.wall is not None and scene.wall.poisson_ratio is not None:
-        ratios.append(("wall", scene.wall.poisson_ratio))
-    return ratios
-
-
-def _version(log: Path) -> str:
-    """Return the version, from the first line of a log."""
-    with log.open(encoding="utf-8", errors="replace") as lines:
-        first = lines.readline()
-    match = re.search(r"LIGGGHTS\S* \d\S*\d", first)
-    return match.group() if match else "unknown"
+        seen.replay(Granules(*rest[0]), frames[:, :count], strides, wall_force)
+        log = (folder / _LOG).read_text(encoding="utf-8", errors="replace")
+        match = re.search(r"LIGGGHTS\S* \d\S*\d", log.partition("\n")[0])
+        return match.group() if match else "unknown"

@@ -12,12 +12,11 @@ from typing import ClassVar
 import numpy as np
 
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.external.engine import Found, ProgramEngine
-from hertzchain.engines.external.observation import Granules
+from hertzchain.engines.external.engine import ProgramEngine
+from hertzchain.engines.external.observation import Granules, Observation
 from hertzchain.engines.external.terms import (
     OF_OTHER_CODES,
     positions,
-    refuse_damping_of_wall,
     refuse_long,
     wall_material,
     wall_position,
@@ -67,10 +66,7 @@ legs = [
 
 
 def _parameters(scene: Scene) -> str:
-    """Return the part for each granule at its start position: touching, apart or pressed.
-
-    RunFailed for a scene whose script would be too long.
-    """
+    """Return the part for each granule at its start position; RunFailed if it is too long."""
     count, each = scene.chain.granules, scene.granules
     refuse_long("a script for Yade with", scene)
     columns = each.radius, each.young_modulus, each.poisson_ratio, each.density
@@ -109,10 +105,7 @@ for x, radius, young_modulus, poisson_ratio, density in rows:
 
 
 def _loops(scene: Scene) -> tuple[str, str, str, str]:
-    """Return additions to Yade's engines for terms: bounds, geometry, law and constant forces.
-
-    Each text follows the one for spheres.
-    """
+    """Return what terms add to Yade's engines: to bounds, geometry, law and constant forces."""
     bounds = geometry = law = loads = ""
     if scene.wall is not None:
         bounds, geometry = ", Bo1_Wall_Aabb()", ", Ig2_Wall_Sphere_ScGeom()"
@@ -297,10 +290,7 @@ _SKIP = f"""\
 
 
 def deck(scene: Scene, legs: Sequence[Leg], about: Sequence[str]) -> str:
-    """Return a script for ``yade -n -x FILE.py`` that prints peaks and writes them to peaks.csv.
-
-    The lines ``about`` stand above the script.
-    """
+    """Return a script for ``yade -n -x FILE.py`` that writes peaks.csv, below lines ``about``."""
     # Natural time units between readings; error of a parabola: 6e-8 of a peak
     strides = [max(1, int(0.01 * scene.units.time / leg.dt)) for leg in legs]
     lines, outside = "\n".join(about), []
@@ -399,32 +389,27 @@ class Yade(ProgramEngine):
         """Return the name of the method in the result."""
         return "velocity-verlet, MindlinPhys"
 
-    def _refuse(self, scene: Scene) -> None:
-        refuse_damping_of_wall("Yade", scene)
-        contact = scene.contact
-        if contact is not None and contact.restitution is None:
-            raise RunFailed(
-                f"Yade has no {contact.damping} damping with Hertz's law: take damping ="
-                ' "restitution", or another backend'
-            )
-        if contact is not None and contact.attraction:
+    def refuse(self, scene: Scene) -> None:
+        """Raise RunFailed for a scene that Yade cannot simulate."""
+        super().refuse(scene)
+        if scene.contact is not None and scene.contact.attraction:
             raise RunFailed(
                 "contacts never pull in Yade: leave out attraction, or take another backend"
             )
 
-    def _command(self, program: str) -> list[str]:
+    def command(self, program: str) -> list[str]:
+        """Return the command that runs ``FILE``."""
         return [program, "-n", "-x", "-j1", self.FILE]
 
-    def _found(self, folder: Path, scene: Scene) -> Found:
-        granules = scene.chain.granules
+    def replay(self, folder: Path, scene: Scene, strides: Sequence[int], seen: Observation) -> str:
+        """Pass the readings that Yade left to the observation; return its version."""
         rest = read_array(folder / AT_REST, (3, None))
-        readings = read_array(folder / READINGS, (None, 3, granules))
-        wall_force = None
+        readings = read_array(folder / READINGS, (None, 3, scene.chain.granules))
+        on_wall = None
         if scene.wall is not None:
-            path = folder / WALL_FORCE
-            wall_force = read_array(path, (len(readings),))
-        version = (folder / VERSION).read_text(encoding="utf-8")
-        return Found(version, Granules(*rest), readings, wall_force)
+            on_wall = read_array(folder / WALL_FORCE, (len(readings),))
+        seen.replay(Granules(*rest), readings, strides, on_wall)
+        return (folder / VERSION).read_text(encoding="utf-8")
 
 
 def read_array(path: Path, shape: tuple[int | None, ...]) -> FloatArray:

@@ -321,10 +321,14 @@ _CHANGES = re.compile(
 _USUAL = re.compile(r"fix\s+\S+\s+\S+\s+(?:nve|nve/sphere|addforce|gravity|wall/gran\S*|move)\s")
 
 _DAMPED = r"(?:pair_coeff|fix\s+\S+\s+\S+\s+wall/gran)\s(?=.*\sdamping\s)"
+_UNDAMPED = r"(\s(?:hertz|hertz/material)\s+\S+)\s+(?!0*\.?0*\s|\S+e-\d{3})\S+"
+"""A normal law, its stiffness, and a damping above 0, which is wrong in a scene without any."""
+
 _WORDS = (
     (r"fix\s+\S+\s+\S+\s+wall/", r"\s(?:wiggle|shear)\s.*$", ""),
     (r"fix\s+\S+\s+\S+\s+addforce", r"\s+(?:every|region)\s+\S+", ""),
     (r"(?:velocity|fix\s+\S+\s+\S+\s+move)\s(?!.*units\s)", r"\s*$", " units box"),
+    (r"(?:pair_coeff|fix\s+\S+\s+\S+\s+wall/gran)\s", _UNDAMPED, r"\1 0.0"),
     (rf"{_DAMPED}(?!.*limit_damping)", r"(\sdamping\s+\S+)", r"\1 limit_damping"),
     (rf"{_DAMPED}.*\slimit_damping", r"\s+limit_damping", ""),
 )
@@ -349,49 +353,16 @@ def suspects(deck: FoundDeck) -> list[int]:
     return [*(k for k in later if not is_of_shock(k)), *(k for k in odd if k not in later)]
 
 
-def _acting(case: Case) -> list[int]:
-    """Fixes that exert forces other than those of walls."""
-    least = ACTS * case.scene.units.force
-    return [
-        fix.command for fix in case.deck.fixes
-        if not fix.moves and not fix.style.startswith("wall")
-        and not np.max(np.append(fix.largest, fix.largest_in_motion)) <= least
-    ]  # fmt: skip
-
-
-_OF_FORCES = ("constant force", "drag", "random", "pushed", "shock", "motion", "piston")
-_REMOVED = {
-    "velocity": "velocities", "spin": "velocities", "place": "displaced", "run": "ends",
-    "granules": "displaced", "neighbours": "neighbours", "contacts": "excludes",
-    "wall in motion": "wall in motion", "random": "random", "motion": "integrators",
-    "piston": "piston",
-}  # fmt: skip
-"""Roles of commands whose removal is tried, by the role of a number."""
-
-
-def _candidates(case: Case, check: DeckCheck) -> list[int]:
-    """Commands without which a number may be right, the most likely first."""
-    deck, role = case.deck, check.role
-    blamed = [check.place.index] if check.place is not None and check.is_sure else []
-    of_role = commands_of(deck, _REMOVED[role]) if role in _REMOVED else []
-    of_role = [] if role == "motion" and len(of_role) == 1 else of_role
-    acting = _acting(case)
-    forces: list[int] = []
-    if role in _OF_FORCES:
-        shocks = [k for k in acting if case.is_of_time(k)]
-        kept = shocks if role == "motion" or len(shocks) == 1 else []
-        forces = [*suspects(deck), *(k for k in reversed(acting) if k not in kept)]
-    each = dict.fromkeys((*blamed, *forces, *reversed(of_role)))
-    return [k for k in each if not is_of(deck, k, "needed")]
-
-
-def _words(case: Case, candidates: Sequence[int]) -> Iterator[Changes]:
+def _words(case: Case, candidates: Sequence[int], undamped: bool) -> Iterator[Changes]:
     """Yield corrections of words: in all commands that may have them wrong, then in each alone."""
     for command, words, right in _WORDS:
+        if words == _UNDAMPED and not undamped:
+            continue
         whole: Changes = {}
         for where in (place_at(case.deck, k) for k in candidates):
-            if re.match(command, where.written):
-                whole[key_of(where)] = (re.sub(words, right, where.written, count=1),)
+            text = re.sub(words, right, where.written, count=1)
+            if re.match(command, where.written) and text != where.written:
+                whole[key_of(where)] = (text,)
         yield whole
         yield from ({key: lines} for key, lines in whole.items())
 
@@ -438,25 +409,21 @@ def _kept(case: Case, where: Place) -> tuple[str, ...]:
 # ---- Commands that set a number
 
 
-def _all_of(role: str) -> Callable[[Case, DeckCheck], list[int]]:
+def _of_role(case: Case, check: DeckCheck) -> list[int]:
     """All commands of a role."""
-    return lambda case, _: commands_of(case.deck, role)
+    return commands_of(case.deck, check.role)
 
 
-def _named(name: str) -> Callable[[Case, DeckCheck], list[int]]:
+def _named(_: Case, check: DeckCheck, name: str = "velocity") -> list[int]:
     """The command that is named, if it has this name."""
-
-    def blamed(_: Case, check: DeckCheck) -> list[int]:
-        place = check.place
-        return [place.index] if place is not None and place.written.startswith(name) else []
-
-    return blamed
+    place = check.place
+    return [place.index] if place is not None and place.written.startswith(name) else []
 
 
 def _wall(case: Case, check: DeckCheck) -> list[int]:
     """The wall at the far end; the command that is named if the wall meets no granule."""
     wall = far_wall(case.deck)
-    return _named("fix")(case, check) if wall is None else [wall.command]
+    return _named(case, check, "fix") if wall is None else [wall.command]
 
 
 def _pushing(case: Case, of_time: bool) -> list[int]:
@@ -470,6 +437,10 @@ def _pushing(case: Case, of_time: bool) -> list[int]:
     ]  # fmt: skip
 
 
+def _loads(case: Case, _: DeckCheck) -> list[int]:
+    return _pushing(case, of_time=False)
+
+
 def _shocks(case: Case, _: DeckCheck) -> list[int]:
     return _pushing(case, of_time=True) or _pushing(case, of_time=False)
 
@@ -479,30 +450,65 @@ def _movers(case: Case, _: DeckCheck) -> list[int]:
     return [fix.command for fix in case.deck.fixes if fix.moves and fix.style != "move"]
 
 
-_BY_LINE = {
-    "shock": _formula, "motion": _formula, "timestep": _as_many_steps,
-}  # fmt: skip
-"""Changes of single lines, by the role of a number."""
+class _Role(NamedTuple):
+    """How a number is corrected that commands of a role set; empty where no command can do that."""
 
-_SETTINGS = {
-    "radius": (granule_commands, lambda *_: []),
-    "mass": (granule_commands, lambda *_: []),
-    "place": (place_commands, lambda *_: []),
-    "velocity": (velocity_commands, _named("velocity")),
-    "spin": (velocity_commands, _named("velocity")),
-    "contacts": (law_commands, _all_of("contacts")),
-    "wall": (wall_commands, _wall),
-    "wall in motion": (wall_commands, _wall),
-    "constant force": (load_commands, lambda case, _: _pushing(case, of_time=False)),
-    "shock": (shock_commands, _shocks),
-    "pushed": (shock_commands, _shocks),
-    "motion": (motion_commands, _movers),
-    "piston": (piston_commands, _all_of("piston")),
+    commands: Callable[[Case], list[str] | None] = lambda _: None  # the scene's
+    replaced: Callable[[Case, DeckCheck], list[int]] = lambda *_: []  # commands in their place
+    removed: str = ""  # role of commands whose removal is tried
+    is_of_forces: bool = False  # whether fixes that exert forces are suspected
+    by_line: Callable[[Case, DeckCheck], Iterator[Changes]] = lambda *_: iter(())
+
+
+_ROLES = {
+    "granules": _Role(removed="displaced"),
+    "radius": _Role(granule_commands),
+    "mass": _Role(granule_commands),
+    "place": _Role(place_commands, removed="displaced"),
+    "velocity": _Role(velocity_commands, _named, "velocities"),
+    "spin": _Role(velocity_commands, _named, "velocities"),
+    "contacts": _Role(law_commands, _of_role, "excludes"),
+    "wall": _Role(wall_commands, _wall),
+    "wall in motion": _Role(wall_commands, _wall, "wall in motion"),
+    "neighbours": _Role(removed="neighbours"),
+    "constant force": _Role(load_commands, _loads, is_of_forces=True),
+    "drag": _Role(is_of_forces=True),
+    "random": _Role(removed="random", is_of_forces=True),
+    "shock": _Role(shock_commands, _shocks, "", True, _formula),
+    "pushed": _Role(shock_commands, _shocks, is_of_forces=True),
+    "motion": _Role(motion_commands, _movers, "integrators", True, _formula),
+    "piston": _Role(piston_commands, _of_role, "piston", True),
+    "timestep": _Role(by_line=_as_many_steps),
+    "run": _Role(removed="ends"),
+    "image": _Role(),
 }
-"""The scene's commands that set a number, and the commands to remove, by the number's role.
 
-The former are None where no command can set it.
-"""
+
+def _acting(case: Case) -> list[int]:
+    """Fixes that exert forces other than those of walls."""
+    least = ACTS * case.scene.units.force
+    return [
+        fix.command for fix in case.deck.fixes
+        if not fix.moves and not fix.style.startswith("wall")
+        and not np.max(np.append(fix.largest, fix.largest_in_motion)) <= least
+    ]  # fmt: skip
+
+
+def _candidates(case: Case, check: DeckCheck) -> list[int]:
+    """Commands without which a number may be right, the most likely first."""
+    deck, role = case.deck, _ROLES[check.role]
+    blamed = [check.place.index] if check.place is not None and check.is_sure else []
+    of_role = commands_of(deck, role.removed) if role.removed else []
+    of_role = [] if check.role == "motion" and len(of_role) == 1 else of_role
+    acting = _acting(case)
+    forces: list[int] = []
+    if role.is_of_forces:
+        shocks = [k for k in acting if case.is_of_time(k)]
+        kept = shocks if check.role == "motion" or len(shocks) == 1 else []
+        forces = [*suspects(deck), *(k for k in reversed(acting) if k not in kept)]
+    each = dict.fromkeys((*blamed, *forces, *reversed(of_role)))
+    return [k for k in each if not is_of(deck, k, "needed")]
+
 
 _MOST_REMOVALS = 6  # commands whose removal is tried for one check (chosen)
 
@@ -520,21 +526,23 @@ def with_trials(case: Case, check: DeckCheck) -> DeckCheck:
 def trials(case: Case, check: DeckCheck) -> Iterator[Changes]:
     """Yield trials for a check: the right number or command, single ones, the scene's commands."""
     where, candidates = check.place, _candidates(case, check)
-    commands, replaced = _SETTINGS.get(check.role, (lambda _: None, lambda *_: []))
-    lines, old = commands(case), replaced(case, check)
+    role = _ROLES[check.role]
+    lines, old = role.commands(case), role.replaced(case, check)
     shocks = _pushing(case, of_time=True) if check.role == "shock" else []
     yield from (_without(case, [k]) for k in reversed(shocks) if len(shocks) > 1)
     yield from check.corrections[:_MOST_REMOVALS]
     if where is not None and check.command:
         yield {key_of(where): (check.command, *_kept(case, where))}
     roles = ("contacts", "wall") if check.kind == "damping" else (check.role,)
-    of_role = [k for role in roles for k in reversed(commands_of(case.deck, role))]
+    of_role = [k for name in roles for k in reversed(commands_of(case.deck, name))]
     removed = [k for k in candidates[:_MOST_REMOVALS] if not lines or [k] != old]
-    singles = *_words(case, [*dict.fromkeys((*candidates, *of_role))]), *(
-        _without(case, [k]) for k in removed
-    )  # fmt: skip
+    undamped = check.kind == "damping" and case.scene.contact is None
+    singles = [
+        *_words(case, [*dict.fromkeys((*candidates, *of_role))], undamped),
+        *(_without(case, [k]) for k in removed),
+    ]
     is_formula = where is not None and where.written.startswith("variable")
-    by_line = list(_BY_LINE.get(check.role, lambda *_: ())(case, check))
+    by_line = [*role.by_line(case, check)]
     first, then = (
         (by_line, singles) if is_formula and len(_acting(case)) < 2 else (singles, by_line)
     )
@@ -544,12 +552,6 @@ def trials(case: Case, check: DeckCheck) -> Iterator[Changes]:
 
 
 # ---- Proofs
-
-_WORSE = 1e-2, 1e-5
-"""Increase of the error of a peak that a correction may cause, relative to it and absolute:
-readings are at other times, and the error of the steps changes with any number (chosen)."""
-
-_PROOF_TIME_LIMITS = 16.0, 8.0  # time for all proofs: readings of the deck, or seconds (chosen)
 
 _NOT_ALL = (
     "not all corrections were tried in the time for that, sixteen readings of the deck or 8 s:"
@@ -576,8 +578,8 @@ class Prover:
     @property
     def left(self) -> float:
         """Time for further proofs [s]."""
-        readings, seconds = _PROOF_TIME_LIMITS
-        return max(readings * self.seconds, seconds) - (time.monotonic() - self._begun)
+        # For all proofs: readings of the deck, or seconds (chosen)
+        return max(16.0 * self.seconds, 8.0) - (time.monotonic() - self._begun)
 
     def examined(self, edits: Edits) -> DeckExamination | None:
         """Return the examination of the deck with edits; None if LAMMPS stops, or time is over."""
@@ -711,8 +713,8 @@ def is_no_worse(before: DeckExamination, after: DeckExamination, peaks: bool = T
     count = min(before.judged.size, after.judged.size)
     both = before.judged[:count] & after.judged[:count]
     was, now = (examination.error_of_peaks(both) for examination in (before, after))
-    share, least = _WORSE
-    return bool(now <= was * (1 + share) + least)
+    # Readings are at other times, and the error of the steps changes with any number (chosen).
+    return bool(now <= was * (1 + 1e-2) + 1e-5)
 
 
 def _together(prover: Prover) -> tuple[Edits, list[Step]]:

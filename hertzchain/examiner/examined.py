@@ -16,6 +16,7 @@ from hertzchain.arrays import FloatArray, apart, or_none
 from hertzchain.engines.lammps.reading.deck import Executed, FoundDeck, Units
 from hertzchain.engines.lammps.reading.text import Edits, lines_of
 from hertzchain.examiner.measured import (
+    ROUND_OFF,
     Law,
     Stretch,
     Twin,
@@ -203,8 +204,6 @@ EXAMINED = 1e-12
 """Relative rounding error of LAMMPS's numbers in generated decks. Measured 3e-15, R 1e-8 to 1e3 m,
 N to 1e4."""
 
-ROUND_OFF = 1e-9  # relative: decks with 17 digits have less; not worth a remark (chosen)
-GAP_SHARE = 1e-7  # fraction of an overlap: smaller gaps are rounded coordinates (chosen)
 ACTS = 1e-6  # fraction of the largest force: granules with less are not pushed (chosen)
 _WHICH = re.compile(r"(?: of| on| at)? (?:all |the )?(?:granules?|contacts?)\b.*| \d+.*")
 

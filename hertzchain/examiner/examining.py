@@ -12,8 +12,7 @@ import numpy as np
 from hertzchain.engines.lammps.reading.deck import UNITS, FoundDeck
 from hertzchain.engines.lammps.reading.reading import DEPTH, Reader
 from hertzchain.engines.lammps.reading.text import Edits
-from hertzchain.engines.native.backend import Native
-from hertzchain.engines.native.duration import with_end
+from hertzchain.engines.native.backend import Native, with_end
 from hertzchain.errors import RunFailed, SceneError, require
 from hertzchain.examiner.correct import Prover, with_findings, with_trials
 from hertzchain.examiner.examined import (

@@ -122,24 +122,18 @@ class Finding:
 
 Found = Iterator[tuple[Command | None, Severity, str]]  # command (None: line 1), severity, sentence
 
-_STYLE = {"fix": 3, "dimension": 1, "bond_style": 1, "atom_style": 1}
-"""Index of the word of a command that is its style."""
-
 _NO_CHAIN = (
     ("fix", "(pour|deposit|insert)(/.*)?", "granules are poured"),
     ("fix", "rigid.*|multisphere.*|poems", "granules are rigid bodies of several spheres"),
     ("bond_style", "(?!none).+", "granules are bonded"),
     ("atom_style", "bpm/.*|bond|molecular|full", "granules are bonded"),
     ("atom_style", "(?!sphere|granular|hybrid|.*[$]).+", "its atoms are not spheres"),
-)
-"""Signs of a deck that is certainly not a chain: a command, its style, and its description."""
-
-_HARDLY_A_CHAIN = (
     ("fix", "wall/gran/region|mesh/.*|wall/region", "granules lie in a vessel"),
     ("fix", "freeze", "granules are frozen"),
     ("dimension", "2", "it is two-dimensional"),
 )
-"""Signs of a deck that is not a chain, unless its granules are known to lie in one row."""
+"""Signs of a deck that is not a chain, unless its granules are known to lie in one row: a command,
+its style, and words for it."""
 
 _OF_LIGGGHTS = re.compile("(property/global|particletemplate/|particledistribution/|mesh/).*")
 """Fixes that only LIGGGHTS has."""
@@ -280,13 +274,21 @@ class Deck:
         return {fix.command: fix.largest for fix in fixes if fix.style == "addforce"}
 
     @cached_property
+    def is_damped(self) -> bool:
+        """Whether damping changes forces by more than round-off, as in ``examine``; or may."""
+        probes = None if self.look is None else self.look.probes
+        return probes is None or probes.is_damped
+
+    @cached_property
     def no_chain(self) -> tuple[Command | None, str] | None:
         """Why it is no chain, and the command that shows it; None if it may be one."""
-        signs = _NO_CHAIN if self.granules is not None else (*_NO_CHAIN, *_HARDLY_A_CHAIN)
-        for command, (name, style, what) in itertools.product(self.commands, signs):
-            if command.name == name and re.fullmatch(style, command.word(_STYLE[name])):
+        if self.granules is not None:
+            return None
+        for command, (name, style, what) in itertools.product(self.commands, _NO_CHAIN):
+            word = command.word(3 if name == "fix" else 1)
+            if command.name == name and re.fullmatch(style, word):
                 return command, what
-        atoms = None if self.look is None or self.granules is not None else self.look.granules
+        atoms = None if self.look is None else self.look.granules
         if atoms is None:
             return None
         rows = f"its {atoms.count} granules do not lie in one row"
@@ -387,7 +389,6 @@ def not_hertz(deck: Deck) -> Found:
 
 # ---- Damping
 
-_NO_DAMPING = 1e-100  # numbers up to this count as 0, in all units (chosen)
 _UNDAMPED = "leave the damping out and give 0.0 there, which damps nothing"
 
 
@@ -412,7 +413,7 @@ def damping(deck: Deck) -> Found:
                 f" coeff_restitution gives its number since 29 Aug 2024; without any, {_UNDAMPED}"
             )
             yield law.command, "warning", text
-        elif abs(value) > _NO_DAMPING and (kind, value) != ("coeff_restitution", 1):
+        elif value != 0 and deck.is_damped and (kind, value) != ("coeff_restitution", 1):
             what = "gamma_n" if law.normal in CLASSIC else number_of
             text = (
                 f"{what}, {law.numbers[1]}, damps the contacts: energy is lost, and peaks are lower"
@@ -429,7 +430,7 @@ def attraction(deck: Deck) -> Found:
     )
     for law in deck.laws:
         takes_damping = law.normal in ("hooke", "hertz", "hertz/material", *CLASSIC)
-        damps = abs(law.damping or 0.0) > _NO_DAMPING
+        damps = law.damping and deck.is_damped
         if takes_damping and damps and not {"none", "limit_damping"} & set(law.command.words):
             yield law.command, "warning", text
 
@@ -451,8 +452,6 @@ def poisson_ratio(deck: Deck) -> Found:
 
 
 # ---- Granules
-
-_GAP_ROUNDING = 1e-9  # relative; sites that differ by less from a diameter differ by rounding
 
 _DENSITY = (
     "the density is set before the diameter, so that granules keep the mass that the old diameter"
@@ -561,14 +560,15 @@ def not_touching(deck: Deck) -> Found:
     if granules is None or not deck.contact_style or not makers:
         return
     gap = (granules.position[1:, 0] - granules.position[:-1, 0]) / granules.reach - 1
+    rounding = 1e-9  # relative, of a coordinate (chosen)
     # Forces that never change press the chain: gravity, or static loads.
     is_loaded = deck.applied is not None and bool(deck.applied.constant.any())
     is_meant = deck.fixes("gravity") or is_loaded or granules.velocity.any()
     text = "neighbours are {:.10g} times the sum of their radii apart: granules {}"
-    if gap.max() > _GAP_ROUNDING:
+    if gap.max() > rounding:
         what = "do not touch (with gaps of 1e-3 peaks are off by 113 %)"
         yield makers[0], "warning", text.format(1 + gap.max(), what)
-    if gap.min() < -_GAP_ROUNDING and not is_meant:
+    if gap.min() < -rounding and not is_meant:
         what = "press one another from the start, and spring apart if nothing holds the ends"
         yield makers[0], "warning", text.format(1 + gap.min(), what)
 
@@ -657,8 +657,6 @@ def force_on_all(deck: Deck) -> Found:
 
 # ---- Steps
 
-_UNSTABLE_STEP = math.sqrt(2 / 3)  # natural time units; 2 over the largest frequency, 2 sqrt(3/2)
-
 
 def step_length(deck: Deck) -> Found:
     """Compare the step with the stiffest contacts that the deck itself makes."""
@@ -693,7 +691,8 @@ def step_length(deck: Deck) -> Found:
         select="i", select_range=(len(mass) - 1, len(mass) - 1),
     )  # fmt: skip
     limit = 2 / math.sqrt(squares[0])
-    unit, longest = limit / _UNSTABLE_STEP, max(look.runs, key=lambda run: run.dt)
+    # In natural units the largest frequency is 2 sqrt(3/2), and the limit 2 over that.
+    unit, longest = limit / math.sqrt(2 / 3), max(look.runs, key=lambda run: run.dt)
     run = next((c for c in deck.commands if c.index == longest.command), None)
     steps = [c for c in deck.named("timestep") if run is not None and c.place < run.place]
     step, what = longest.dt / unit, f"contacts pressed by {pressing:.4g}, {origin}"

@@ -13,10 +13,9 @@ from numpy.typing import NDArray
 from hertzchain import theory
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps.reading.deck import UNITS, FoundDeck, FoundWall, Units, scaled
-from hertzchain.engines.lammps.reading.probing import DAMPED, DEPTHS
-from hertzchain.engines.native.damped_verlet import states_of
-from hertzchain.engines.native.damped_verlet_kernel import Walk
+from hertzchain.engines.lammps.reading.probing import AT_REST, QUIET
 from hertzchain.engines.native.equations import Chain
+from hertzchain.engines.native.verlet import Walk, states_of
 from hertzchain.errors import RunFailed
 from hertzchain.limits import Deadline
 from hertzchain.observables.samples import DampedLaw
@@ -186,15 +185,15 @@ def constant_force(scene: Scene) -> FloatArray:
 
 
 def applied_force(scene: Scene, time: FloatArray) -> FloatArray:
-    """F(t) [N] by Table 1 or the pulse table, not by the schedule's ramps; of the shape of time."""
+    """F(t) [N] of the shape of time; a pulse by Table 1, not by the schedule's ramps."""
     if scene.pulse is None:
-        return scene.shock.by_formula(time)
+        return scene.applied_force(time)
     assert scene.rise_time is not None
     return theory.applied_force(time, scene.pulse, scene.rise_time)
 
 
 EXPONENT = 0.01  # of 3/2: two tries of a law of Hertz are within 1e-9, Hooke's is 0.5 off (chosen)
-_FORCE_ROUNDING = 1e-9  # of the largest force: a force below is round-off (chosen; 1e-12 is usual)
+ROUND_OFF = 1e-9  # relative: decks with 17 digits have less, 1e-12 is usual (chosen)
 
 
 def in_si(deck: FoundDeck, scene: Scene) -> tuple[FoundDeck, Units]:
@@ -327,11 +326,11 @@ class Damper:
 def dampers(deck: FoundDeck, scene: Scene) -> list[Damper]:
     """Damping of each contact, the wall's last: force in motion less force at rest."""
     law = None if scene.contact is None else DampedLaw.of(scene)
-    dampings, at_rest = [], [DEPTHS.index(depth) for depth, _ in DAMPED]
+    dampings = []
     for k, (_, force, *tries) in enumerate(_tries(deck, scene)):
         tried = np.isfinite(tries[2]) & (tries[0] > 0)
         overlap, closing, damped = (values[tried] for values in tries)
-        elastic, expected = force[at_rest][tried], np.zeros_like(overlap)
+        elastic, expected = force[AT_REST][tried], np.zeros_like(overlap)
         if law is not None:
             added = law.damper(overlap[:, None], closing[:, None], np.array([k]))[:, 0]
             expected = np.asarray(added, np.float64)
@@ -347,7 +346,7 @@ def with_loads(deck: FoundDeck, scene: Scene) -> FoundDeck:
     force, time = deck.applied_force, deck.applied_time
     if force.shape[0] < 2:
         return deck
-    least = _FORCE_ROUNDING * float(np.max(np.abs(force), initial=0.0))
+    least = ROUND_OFF * float(np.max(np.abs(force), initial=0.0))
     rests = np.abs(force - force[0]) <= least
     # Start of the load on each granule: after the last reading without it.
     since = np.max(np.where(rests, -np.inf, time[:, np.newaxis]), axis=0, initial=-np.inf)
@@ -390,7 +389,7 @@ def start_of_shock(deck: FoundDeck, scene: Scene) -> float:
     if not scene.ramps:
         return _start_of_motion(deck)
     force = np.sum(deck.applied_force, axis=1)
-    acts = np.flatnonzero(np.abs(force) > _FORCE_ROUNDING * scene.peak_force)
+    acts = np.flatnonzero(np.abs(force) > ROUND_OFF * scene.peak_force)
     if acts.size == 0:
         return 0.0
     first = deck.applied_time[acts[0]]
@@ -480,9 +479,6 @@ def displacement(piston: Piston, time: FloatArray) -> FloatArray:
     assert piston.time is not None
     assert piston.displacement is not None
     return np.interp(time, piston.time, piston.displacement)
-
-
-QUIET = 1e-7  # of a contact force: forces below are round-off (chosen)
 
 
 def damping_of(deck: FoundDeck, scene: Scene) -> dict[str, Any]:

@@ -12,15 +12,14 @@ import numpy as np
 
 from hertzchain.arrays import FloatArray, Quantity, apart
 from hertzchain.engines.lammps.reading.deck import UNITS, FoundFix
+from hertzchain.engines.lammps.reading.probing import QUIET
 from hertzchain.engines.native.plan import METHODS
 from hertzchain.examiner.correct import wall_plane
 from hertzchain.examiner.examined import (
     ACTS,
     DIGITS,
     EXAMINED,
-    GAP_SHARE,
     NUMBER,
-    ROUND_OFF,
     SAME,
     Case,
     DeckCheck,
@@ -37,7 +36,7 @@ from hertzchain.examiner.examined import (
 )
 from hertzchain.examiner.measured import (
     EXPONENT,
-    QUIET,
+    ROUND_OFF,
     applied_force,
     change_of_peaks,
     constant_force,
@@ -60,8 +59,6 @@ _BENT = 0.01  # of the force at other overlaps than the largest expected (chosen
 _LATE = 0.02  # fraction of the largest: late collisions amplify differences of digits (chosen)
 _MISSED = 0.1  # fraction of the largest overlap: contacts that act later are missed (chosen)
 _UNMIXED_SINCE = "2023"  # older LAMMPS mixes E and nu of a wall with themselves (measured: 2022)
-_FORCE_ROUNDING = 8 * float(np.finfo(np.float64).eps)  # relative: a force less a load (chosen)
-_SAME_UNIT = 0.1  # relative: lengths in other units are off by 100 or more (chosen)
 
 
 @dataclass(frozen=True, eq=False)
@@ -238,7 +235,8 @@ def _other_units(case: Case) -> tuple[int | None, str]:
         words = command.text.split()
         for name, other in UNITS.items() if words[:1] == ["units"] and words[1] in UNITS else ():
             factor = other.length / case.units.length
-            fits = [np.allclose(measured * factor, right, _SAME_UNIT, _SAME_UNIT * right[-1])
+            # Lengths in other units are off by 100 or more (chosen).
+            fits = [np.allclose(measured * factor, right, 0.1, 0.1 * right[-1])
                     for measured, right in both]  # fmt: skip
             if factor != 1 and all(fits):
                 return index, f"units {name}"
@@ -287,7 +285,7 @@ def _distance(case: Case) -> Iterator[Number]:
         return
     off, opening = measured - expected, np.array(case.twin.opening)
     opening[:size] += off
-    room = GAP_SHARE * case.near[:size] + case.rounded
+    room = QUIET * case.near[:size] + case.rounded
     k, alike = _most(measured, expected, room=room)
     most = alike[np.abs(off[alike]) >= 0.5 * np.max(np.abs(off[alike]))]
     kind, when = "a gap" if opening[k] > 0 else "an overlap", " when the shock begins" * settles
@@ -323,7 +321,7 @@ def _wall_place(case: Case) -> Iterator[Number]:
     measured = wall.position - float(case.deck.position[-1])
     opening = _with(case.twin.opening, -1, case.twin.opening[-1] + measured - expected)
     plane, further = wall_plane(case), (measured - expected) / case.units.length
-    room = case.least(GAP_SHARE) * case.near[-1] + case.rounded
+    room = case.least(QUIET) * case.near[-1] + case.rounded
     pairs = [(plane + case.sign * further, plane)]
     yield Number(measured, expected, room, 0.0, {"opening": opening}, stands=pairs,
                  at=wall.command, note=_FROM_LAST)  # fmt: skip
@@ -558,7 +556,7 @@ def _wall(case: Case) -> Iterator[Number]:
         ]  # fmt: skip
         measured = min(surfaces, key=lambda surface: abs(surface - expected), default=math.nan)
         missing = replace(missing, at=index)
-        if abs(measured - expected) > GAP_SHARE * case.near[-1] + case.rounded:
+        if abs(measured - expected) > QUIET * case.near[-1] + case.rounded:
             missing = Number(measured, expected, name="place of the wall", unit="m", at=index,
                              reason=case.reason(0.0), note=_FROM_LAST)  # fmt: skip
         if math.isfinite(measured):
@@ -624,10 +622,13 @@ def _damping(case: Case) -> Iterator[Number]:
 
 def _friction(case: Case) -> Iterator[Number]:
     """Sideways forces and torques over radius when granules spin: the scene has none."""
-    of_walls = [wall.tangential_force for wall in case.deck.walls]
-    sideways = float(np.nanmax(np.abs([*case.deck.tangential_force, *of_walls]), initial=0.0))
-    force = float(np.min(case.twin.stiffness * case.near**1.5))
-    yield Number(sideways, 0.0, case.least(QUIET) * force, note=", sideways, where granules spin")
+    sideways = float(np.nanmax(np.abs(case.deck.tangential_force), initial=0.0))
+    force, at, role = float(np.min(case.twin.stiffness * case.near**1.5)), None, ""
+    for wall in case.deck.walls:
+        if wall.tangential_force > sideways:
+            sideways, at, role = wall.tangential_force, wall.command, "wall"
+    yield Number(sideways, 0.0, case.least(QUIET) * force, at=at, role=role,
+                 note=", sideways, where granules spin")  # fmt: skip
 
 
 # ---- Loads and other forces
@@ -828,7 +829,9 @@ def _pulse(case: Case) -> Number:
         for ramp in scene.ramps
     )
     loads = float(np.max(np.abs(deck.constant_force)))
-    room = case.least(ACTS) * scene.peak_force + late * steepest + _FORCE_ROUNDING * loads
+    # A force less a load is rounded by some units of the last digit (chosen).
+    loads *= 8 * float(np.finfo(np.float64).eps)
+    room = case.least(ACTS) * scene.peak_force + late * steepest + loads
     sides = np.array([applied_force(scene, time + shift) for shift in (-moved, 0.0, moved)])
     jumps, expected = np.ptp(sides, axis=0) > 100 * room + moved * steepest, sides[1]
     nearest = np.take_along_axis(sides, np.argmin(np.abs(sides - force), axis=0)[None], 0)[0]

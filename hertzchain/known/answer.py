@@ -19,10 +19,8 @@ from hertzchain.engines.external.accuracy import NONE, Softening, predicted_loss
 from hertzchain.engines.external.engine import ProgramEngine
 from hertzchain.engines.external.terms import wall_position
 from hertzchain.engines.lammps.deck import chain, leg_commands, refuse_pair_style, start
-from hertzchain.engines.lammps.dialect import NO_STEP, oldest, write_dump
-from hertzchain.engines.native.backend import Native
-from hertzchain.engines.native.damped_verlet import samples_of, simulate_damped_verlet
-from hertzchain.engines.native.duration import with_end
+from hertzchain.engines.lammps.dialect import NO_STEP, oldest
+from hertzchain.engines.native.backend import Native, by_velocity_verlet, with_end
 from hertzchain.engines.native.plan import METHODS
 from hertzchain.engines.native.simulation import simulate
 from hertzchain.engines.registry import ENGINES
@@ -85,14 +83,13 @@ class Layout:
     """Options of a deck that do not change the motion. A SceneError names an impossible one."""
 
     step: float  # the largest, natural time units
-    watch_every: int  # steps between two samples of the overlaps; 0: a lean deck
+    watch_every: int  # steps between two samples of the overlaps
     pair_style: str = "granular"  # or gran/hertz/history
     title: str = "a scene"  # title in the deck
     name: str = "THIS_FILE"  # name of the deck in its example commands
 
     def __post_init__(self) -> None:
-        allowed = "must be a number of steps, 0 for never"
-        require(self.watch_every >= 0, "watch_every", self.watch_every, allowed)
+        require(self.watch_every >= 1, "watch_every", self.watch_every, "must be at least 1")
 
 
 def plain(title: str) -> str:
@@ -105,17 +102,24 @@ def comment(text: str) -> list[str]:
     return textwrap.wrap(text, 98, initial_indent="# ", subsequent_indent="# ")
 
 
-def similar(scene: Scene, step: float) -> tuple[list[Leg], Softening]:
-    """Return the legs of a deck, and its relation to the scene: softer if that saves many digits.
+def similar(scene: Scene, step: float) -> tuple[list[Leg], Softening, float]:
+    """Return the legs of a deck, its relation to the scene, and what coordinates cost the peaks.
 
-    The step is in natural time units; the legs are those of the similar scene.
+    The deck's chain is softer if that saves many digits; the legs are those of that chain. The step
+    is in natural time units. Unpredictable where the peaks lose too many digits all the same.
     """
     legs = scene.schedule(step * scene.units.time)
     steps = sum(leg.steps for leg in legs)
     scaling = softening(scene, steps)
     if scaling.power >= 0 and predicted_loss(scene, steps) <= WANTED:
         scaling = NONE
-    return [scaling.leg(leg) for leg in legs], scaling
+    lost = predicted_loss(scene, steps, scaling)
+    if lost > _MOST_LOST:
+        raise Unpredictable(
+            f"coordinates would cost the peaks of this scene about {lost:.0e}, even in a deck of"
+            " softer granules: take a shorter chain, a longer step or native"
+        )
+    return [scaling.leg(leg) for leg in legs], scaling, lost
 
 
 def what_is_softer(scaling: Softening) -> str:
@@ -129,37 +133,35 @@ def what_is_softer(scaling: Softening) -> str:
     )
 
 
-def deck(scene: Scene, layout: Layout, answer: KnownAnswer | None = None) -> str:
-    """Return a deck for ``lmp -in FILE``, on any processors; ``answer`` is None for lean decks.
-
-    RunFailed for a layout that is only possible for a uniform chain.
-    """
+def deck(scene: Scene, layout: Layout, answer: KnownAnswer) -> str:
+    """Return a deck for ``lmp -in FILE``, on any processors."""
     refuse_pair_style(scene, layout.pair_style)
-    legs, scaling = similar(scene, layout.step)
-    softer, options, watch = scaling.scene(scene), list[str](), []
-    after = [write_dump("chain.final", ("x", "vx", "fx"))]
-    if answer is not None:
-        options = [
+    legs, scaling, _ = similar(scene, layout.step)
+    softer = scaling.scene(scene)
+    numbers = _Numbers(softer, answer)
+    sections = [
+        _header(scene, layout, answer, sum(leg.steps for leg in legs), scaling),
+        [
+            "# ---- Parameters",
             f"variable watch index {layout.watch_every} # steps between two looks",
             "variable peaks index peaks.csv # where the peak forces go",
-        ]
-        numbers = _Numbers(softer, answer)
-        watch = [numbers.commands(), _watch(softer, numbers)]
-        after = [*_peaks(softer), "", *_verdict(softer, layout, answer, numbers)]
-    granules = [
-        "# ---- The granules, shared out among processors along the chain",
-        *start(scene),
-        "processors * 1 1",
-        "",
-        *chain(softer, layout.pair_style),
-        "thermo 0",
-        "# A step is so short that taking the time of its parts would cost a fifth of it.",
-        "timer off",
+        ],
+        [
+            "# ---- The granules, shared out among processors along the chain",
+            *start(scene),
+            "processors * 1 1",
+            "",
+            *chain(softer, layout.pair_style),
+            "thermo 0",
+            "# A step is so short that taking the time of its parts would cost a fifth of it.",
+            "timer off",
+        ],
+        numbers.commands(),
+        _watch(softer, numbers),
+        _run(scene, legs),
+        [*_peaks(softer), "", *_verdict(softer, layout, answer, numbers)],
     ]
-    header = _header(scene, layout, answer, sum(leg.steps for leg in legs), scaling)
-    parameters = ["# ---- Parameters", *options] if options else []
-    sections = [header, parameters, granules, *watch, _run(scene, legs), after]
-    return "\n\n".join("\n".join(lines) for lines in sections if lines) + "\n"
+    return "\n\n".join("\n".join(lines) for lines in sections) + "\n"
 
 
 def _about(scene: Scene, title: str) -> str:
@@ -171,35 +173,9 @@ def _about(scene: Scene, title: str) -> str:
 
 
 def _header(
-    scene: Scene, layout: Layout, answer: KnownAnswer | None, steps: int, scaling: Softening
+    scene: Scene, layout: Layout, answer: KnownAnswer, steps: int, scaling: Softening
 ) -> list[str]:
     run = f"lmp -in {plain(layout.name)}"
-    fixed = "Have another deck written for another scene."
-    if answer is None:
-        fixed += " Nothing checks here what -var of another name changes."
-    else:
-        fixed = f"Only watch, peaks can be changed by -var. {fixed}"
-    return [
-        *comment(
-            f"{_about(scene, layout.title)} Written by hertzchain {version('hertzchain')} for"
-            f" LAMMPS of {oldest(scene)[1]} and later. SI units throughout."
-        ),
-        "#",
-        f"#   {run}                 {steps} steps",
-        f"#   mpiexec -n 2 {run}    on two processors, the same result",
-        *([] if answer is None else [f"#   {run} -var watch 1    a look at every step"]),
-        "#",
-        *comment(" ".join([what_is_softer(scaling), _expected(scene, answer), fixed]).lstrip()),
-    ]
-
-
-def _expected(scene: Scene, answer: KnownAnswer | None) -> str:
-    """Return the results of the deck, in words."""
-    if answer is None:
-        return (
-            "Peak forces are not watched. The final state goes to chain.final: id, x [m], vx [m/s],"
-            " fx [N]."
-        )
     wall = ""
     if scene.wall is not None:
         wall = f" Contact {scene.last_contact}, on the screen, is the wall's."
@@ -208,12 +184,25 @@ def _expected(scene: Scene, answer: KnownAnswer | None) -> str:
     damped = ", damping included" if scene.contact is not None else ""
     ratio = [f"{value:.4f}" for value in answer.force_ratio]
     shown = ratio if len(ratio) <= 3 else [*ratio[:3], "...", ratio[-1]]
-    return (
-        "The peak force of each contact goes to peaks.csv; contact i lies between granules i - 1"
-        f" and i.{wall} Peaks are total forces{damped}. Over F0, {scene.units.force:.6g} N,"
-        f" they are expected to be {', '.join(shown)}, right to"
+    results = (
+        f"{what_is_softer(scaling)} The peak force of each contact goes to peaks.csv; contact i"
+        f" lies between granules i - 1 and i.{wall} Peaks are total forces{damped}. Over F0,"
+        f" {scene.units.force:.6g} N, they are expected to be {', '.join(shown)}, right to"
         f" {answer.largest_error:.1e}. The end says PASS, FAIL (exit status 1) or NOT CHECKED (3)."
+        " Only watch, peaks can be changed by -var. Have another deck written for another scene."
     )
+    return [
+        *comment(
+            f"{_about(scene, layout.title)} Written by hertzchain {version('hertzchain')} for"
+            f" LAMMPS of {oldest(scene)[1]} and later. SI units throughout."
+        ),
+        "#",
+        f"#   {run}                 {steps} steps",
+        f"#   mpiexec -n 2 {run}    on two processors, the same result",
+        f"#   {run} -var watch 1    a look at every step",
+        "#",
+        *comment(results.lstrip()),
+    ]
 
 
 class _Numbers:
@@ -401,7 +390,6 @@ def _verdict(scene: Scene, layout: Layout, answer: KnownAnswer, numbers: _Number
     ]
 
 
-_FINEST = 1e-9  # least relative error of the peaks: needs three million steps
 _MOST_LOST = 3e-5  # largest relative error of the peaks by coordinates, of softer granules (chosen)
 _MOST_STEPS = 1e7  # most steps of a deck: minutes of LAMMPS with 60 granules
 _READINGS = 2_000_000  # most times and granules recorded at once: 50 MB
@@ -424,11 +412,11 @@ def deck_step(scene: Scene, dt: float | None = None, rtol: float | None = None) 
     if rtol is None:
         # Default relative error, damped: errors go as dt, and 1e-6 takes hours
         rtol = RTOL if scene.contact is None else 1e-4
+    finest = 1e-9  # needs three million steps
     allowed = (
-        f"must be a number from {_FINEST:g} to 1: velocity Verlet takes too many steps for less"
+        f"must be a number from {finest:g} to 1: velocity Verlet takes too many steps for less"
     )
-    require(is_positive(rtol) and _FINEST <= rtol < 1, "rtol", rtol, allowed)
-
+    require(is_positive(rtol) and finest <= rtol < 1, "rtol", rtol, allowed)
     natural = _tried_step(scene, rtol) / unit
     digit = 10.0 ** (math.floor(math.log10(natural)) - 1)
     step = float(f"{math.floor(natural / digit) * digit:.2g}")
@@ -449,9 +437,7 @@ def _tried_step(scene: Scene, rtol: float) -> float:
     """Return the step for peaks of this accuracy, found by trials [s]."""
 
     def peaks_at(dt: float) -> FloatArray:
-        if scene.contact is not None:
-            return _verlet_peaks(scene, scene.schedule(dt))
-        return Native("velocity-verlet", dt, peaks_only=True, wanted="all").run(scene).peak_force
+        return _verlet_peaks(scene, scene.schedule(dt))
 
     # Step of the first run in the search for a wanted error [natural time units]
     pilot = 0.04 * scene.contact_time
@@ -463,7 +449,7 @@ def _tried_step(scene: Scene, rtol: float) -> float:
     # Trials never find a longer step, and may take hours themselves.
     _refuse_many(scene.end_time / longest, "a dt, or for a shorter end_time")
     if scene.contact is None:
-        return step_for(peaks_at, pilot, rtol, SAFETIES["second order"])
+        return step_for(peaks_at, pilot, rtol, SAFETIES["smooth"])
     # Errors go as dt: the difference is the error of the shorter step. The deck's tolerance is
     # measured later.
     difference = largest_difference(peaks_at(pilot), peaks_at(pilot / 2))
@@ -479,10 +465,10 @@ def lay_out(
     **how: Any,
 ) -> Layout:
     """Return the layout of a deck; samples are by default 0.005 natural time units apart."""
-    asked = Layout(math.nan, watch_every or 0, **how)  # refused before anything runs
+    asked = Layout(math.nan, 1 if watch_every is None else watch_every, **how)  # refused at once
     refuse_pair_style(scene, asked.pair_style)
     step = deck_step(scene, dt, rtol)
-    _lost_digits(scene, step)
+    similar(scene, step)  # refused before the peaks are computed
     if watch_every is None:
         # Natural time units between two samples: costs the peaks 5e-6
         interval = 0.005 * scene.contact_time / scene.units.time
@@ -490,13 +476,11 @@ def lay_out(
     return replace(asked, step=step, watch_every=watch_every)
 
 
-def known_answer(scene: Scene, layout: Layout) -> KnownAnswer | None:
-    """Return the true peaks and the errors by a deck's steps and samples; None without samples.
+def known_answer(scene: Scene, layout: Layout) -> KnownAnswer:
+    """Return the true peaks and the errors by a deck's steps and samples.
 
     Unpredictable for a deck whose tolerance would accept any peak.
     """
-    if layout.watch_every == 0:
-        return None
     whole = replace(scene, run=Run(scene.end_time))  # as the deck runs: to the latest default end
     truth = Native("reference", peaks_only=True, wanted="all").run(whole)
     if not np.any(truth.peak_force):
@@ -509,7 +493,7 @@ def known_answer(scene: Scene, layout: Layout) -> KnownAnswer | None:
         off = off + ROUNDING * ratio * _made_of_rounding(scene, layout.step)
     # Contacts that are never pressed are not judged.
     error = off / np.where(ratio > 0, ratio, 1.0) + truth.error_estimate
-    answer = KnownAnswer(ratio, error, _lost_digits(scene, layout.step))
+    answer = KnownAnswer(ratio, error, similar(scene, layout.step)[2])
     if ROOM * answer.largest_error >= 1:  # an error of 1 would accept a force of 0
         raise Unpredictable(
             f"this deck would judge nothing: steps of {layout.step * scene.units.time:.3g} s,"
@@ -558,6 +542,8 @@ def looks_at_damped(scene: Scene, legs: Sequence[Leg], every: int, apart: int) -
     Samples are ``every`` times ``apart`` steps apart. The first row has samples from the start of
     the run on, the next row samples that begin ``every`` steps later, and so on.
     """
+    from hertzchain.engines.native.verlet import samples_of
+
     largest: FloatArray = np.zeros((apart, scene.granules.stiffness.size))
     done = 0
     for _, samples in samples_of(scene, legs, every=every):
@@ -594,18 +580,11 @@ def _made_of_rounding(scene: Scene, step: float) -> FloatArray:
 
 def _verlet_peaks(scene: Scene, legs: Sequence[Leg], start: FloatArray | None = None) -> FloatArray:
     """Return peaks of velocity Verlet over F0 with shifts added at the start, shape (contacts,)."""
-    if scene.contact is not None:
-        run = simulate_damped_verlet(scene, legs, start=start)
-    else:
-        run = simulate(scene, legs, METHODS["velocity-verlet"].walker, start=start)
-    return np.asarray(run.peaks.force)
+    return np.asarray(by_velocity_verlet(scene, legs, start=start).peaks.force)
 
 
 def lammps_deck(scene: Scene, dt: float | None, rtol: float | None, title: str, **how: Any) -> str:
-    """Return a deck for LAMMPS that finds the peaks of a scene and compares them with true ones.
-
-    ``how`` has the sampling interval and the keywords of ``Layout``.
-    """
+    """Return a deck for LAMMPS that judges its peaks; ``how`` are the keywords of ``lay_out``."""
     scene = with_end(scene)
     layout = lay_out(scene, dt, rtol, title=title, **how)
     return deck(scene, layout, known_answer(scene, layout))
@@ -614,17 +593,13 @@ def lammps_deck(scene: Scene, dt: float | None, rtol: float | None, title: str, 
 def program_deck(
     engine: str, scene: Scene, dt: float | None, rtol: float | None, title: str
 ) -> str:
-    """Return a deck for LIGGGHTS or Yade that finds the peaks of a scene.
-
-    RunFailed for a scene that the engine cannot simulate.
-    """
+    """Return a deck for LIGGGHTS or Yade that finds the peaks of a scene, if it can run that."""
     writer = ENGINES[engine].make()
     assert isinstance(writer, ProgramEngine)
     scene = with_end(scene)
     writer.refuse(scene)
     step = deck_step(scene, dt, rtol)
-    _lost_digits(scene, step)
-    legs, scaling = similar(scene, step)
+    legs, scaling, _ = similar(scene, step)
     steps, longest = sum(leg.steps for leg in legs), max(leg.dt for leg in legs)
     about = [
         _about(scene, title),
@@ -636,15 +611,3 @@ def program_deck(
     ]
     text: str = writer.WRITER.deck(scaling.scene(scene), legs, about)
     return text
-
-
-def _lost_digits(scene: Scene, step: float) -> float:
-    """Return the relative error of the peaks by coordinates; Unpredictable if it is too large."""
-    legs, scaling = similar(scene, step)
-    lost = predicted_loss(scene, sum(leg.steps for leg in legs), scaling)
-    if lost > _MOST_LOST:
-        raise Unpredictable(
-            f"coordinates would cost the peaks of this scene about {lost:.0e}, even in a deck of"
-            " softer granules: take a shorter chain, a longer step or native"
-        )
-    return lost

@@ -16,11 +16,10 @@ import numpy as np
 from hertzchain.engines import registry
 from hertzchain.engines.external.accuracy import softening
 from hertzchain.engines.external.engine import ProgramEngine
-from hertzchain.engines.external.observation import Observation, Simulation
-from hertzchain.engines.lammps.backend import Binary
+from hertzchain.engines.external.observation import Observation
+from hertzchain.engines.lammps.backend import Binary, Lammps
 from hertzchain.engines.lammps.engine import Program
 from hertzchain.engines.native.backend import Native
-from hertzchain.engines.native.damped_verlet import stride_of
 from hertzchain.errors import (
     BackendMissing,
     HertzchainError,
@@ -39,16 +38,10 @@ from hertzchain.scene.shocks import Piston, Profile, Pulse, Striker
 from hertzchain.scene.terms import Contact, DampingLaw, Precompression, Wall
 
 STEP = 0.02  # steps of all runs [natural time units]; chosen
-_UNITS_AFTER = 24.0  # end of a run [natural time units], when the wave has passed 12 granules twice
 _STEEL: dict[str, float] = {
     "radius": 4.75e-3, "young_modulus": 193e9, "poisson_ratio": 0.3, "density": 7958.0,
 }  # fmt: skip
 _ALUMINIUM = {"radius": 6e-3, "young_modulus": 69e9, "poisson_ratio": 0.33, "density": 2700.0}
-_CGS = {
-    "radius": 1e2, "young_modulus": 10.0, "density": 1e-3, "velocity": 1e2, "gravity": 1e2,
-    "force": 1e5, "peak_force": 1e5,
-}  # fmt: skip
-"""A unit of SI in units of cgs: centimetres, grams and dyn."""
 
 
 @dataclass(frozen=True)
@@ -91,12 +84,13 @@ _UNLIKE = Chain(12, **{key: [of_steel, _ALUMINIUM[key]] * 6 for key, of_steel in
 """Chains of steel, and with aluminium at every other place."""
 
 
-def _ended(scene: Scene, units: float = _UNITS_AFTER) -> Scene:
+def _ended(scene: Scene, units: float = 24.0) -> Scene:
+    """Return a scene that ends after natural time units: a wave passes 12 granules twice in 24."""
     return replace(scene, run=Run(units * scene.contact_time))
 
 
-def _struck(chain: Chain = _LIKE, after: float = _UNITS_AFTER, **terms: Term) -> Scene:
-    return _ended(Scene(chain, terms.pop("striker", Striker(1.0)), **terms), after)
+def _struck(chain: Chain = _LIKE, **terms: Term) -> Scene:
+    return _ended(Scene(chain, terms.pop("striker", Striker(1.0)), **terms))
 
 
 def _pushed(profile: Profile = "cosine") -> Scene:
@@ -125,10 +119,14 @@ def _restarted(text: str, ranks: int) -> str:
 
 def _in_cgs(scene: Scene) -> Scene:
     """Return a scene with the numbers of another in units of cgs."""
+    units = {
+        "radius": 1e2, "young_modulus": 10.0, "density": 1e-3, "velocity": 1e2, "gravity": 1e2,
+        "force": 1e5, "peak_force": 1e5,
+    }  # fmt: skip
 
     def scaled(part: Term) -> Term:
-        numbers = {key: getattr(part, key, None) for key in _CGS}
-        cgs = {key: by * _CGS[key] for key, by in numbers.items() if isinstance(by, float)}
+        numbers = {key: getattr(part, key, None) for key in units}
+        cgs = {key: by * units[key] for key, by in numbers.items() if isinstance(by, float)}
         return replace(part, **cgs)
 
     return _ended(replace(scene, chain=scaled(scene.chain), shock=scaled(scene.shock)))
@@ -190,7 +188,7 @@ _TABLE = (
     ),
     Case(
         "granules over ranks", "contacts of granules of two ranks",
-        _struck(replace(_LIKE, granules=40), 45.0), "nve", needs_ranks=True, of_lammps=True,
+        _ended(_struck(replace(_LIKE, granules=40)), 45.0), "nve", needs_ranks=True, of_lammps=True,
     ),
     Case(
         "restart in the middle", "write_restart, clear, read_restart", _pushed(), "nve",
@@ -212,9 +210,6 @@ GRADES = ROUND_OFF, STEPS, WRONG, UNSUPPORTED, UNTESTED
 
 ROUNDED = 1e-9  # largest difference of the final state by rounding; 4e-11 measured, 2022 to 2025
 INTERPOLATED = 3e-7  # largest difference of peaks between readings; 7e-8 measured
-READ_EVERY = 5  # steps between readings of elastic chains; those of damped ones are native's
-TIME_LIMIT = 120.0  # largest time of a row [s]; they take a second, on a busy machine ten
-INFO = "info system fixes"  # command by which LAMMPS lists the styles that it uses
 
 SUFFIXES: dict[str, tuple[str, ...]] = {
     "omp": ("-sf", "omp", "-pk", "omp", "2"),
@@ -227,7 +222,7 @@ SUFFIXES: dict[str, tuple[str, ...]] = {
 _UNKNOWN = re.compile(
     r"Unrecogni[sz]ed|Unknown|not enabled|not installed|Invalid (?:fix|pair|atom)|Illegal|package"
     r"|does not have the damping|Cannot (?:use|create)|\bnot support"
-    r"|(?:LIGGGHTS|Yade) has no|(?:always|never) pull in",
+    r"|deck has no \w+ damping|never pull in",
     re.IGNORECASE,
 )
 """Words of a code that lacks a style, an option of one, or a package."""
@@ -314,7 +309,7 @@ class _Watched(Program):
     styles: list[str] = field(default_factory=list)
 
     def run(self, commands: str, folder: Path, deadline: Deadline) -> str:
-        said = super().run(f"{self.edit(commands)}\n{INFO}", folder, deadline)
+        said = super().run(f"{self.edit(commands)}\ninfo system fixes", folder, deadline)
         self.styles.extend(re.findall(r"types = +\d+, +style = (\S+)", said))
         self.styles.extend(re.findall(r"^Fix\[.*style = ([^, ]+)", said, re.MULTILINE))
         return said
@@ -327,7 +322,7 @@ def certify(
     ranks: int = 1,
     only: Sequence[str] = (),
     folder: Path | None = None,
-    time_limit: float = TIME_LIMIT,
+    time_limit: float = 120.0,
     progress: Callable[[str], object] = lambda _: None,
 ) -> Certificate:
     """Compare a LAMMPS, LIGGGHTS or Yade with native, scene by scene, at the same steps.
@@ -346,7 +341,7 @@ def certify(
     folder
         An existing folder, for the scenes and the decks that are run.
     time_limit
-        Time limit of each row [s].
+        Time limit of each row [s]; it takes a second, on a busy machine ten.
     progress
         Receives the name of each row before it runs.
 
@@ -355,47 +350,44 @@ def certify(
     SceneError
         For a suffix, a name of a row or a number of ranks that is not possible.
     """
-    engine = _other(lmp)
-    alone = "the lammps module runs on one process: name also a LAMMPS binary with lmp"
-    as_it_is = f"must be left out: {lmp} is run as it is"
     names = ", ".join(SUFFIXES)
     require(suffix is None or suffix in SUFFIXES, "suffix", suffix, f"must be one of {names}")
-    require(ranks >= 1, "ranks", ranks, "must be at least 1")
-    require(ranks == 1 or lmp is not None, "ranks", ranks, alone)
-    require(engine is None or suffix is None, "suffix", suffix, as_it_is)
-    require(engine is None or ranks == 1, "ranks", ranks, as_it_is)
+    Lammps(lmp=lmp, ranks=ranks)  # refuses other ranks
     for name in only:
         require(name in CASES, "only", name, f"must be one of {', '.join(CASES)}")
-    begin, rows, version, missing = time.perf_counter(), [], "", ""
-    deadline, program = Deadline(time_limit), None
+    program, engine = None, _other_engine(lmp)
+    if engine is not None:
+        as_it_is = f"must be left out: {lmp} is run as it is"
+        require(suffix is None, "suffix", suffix, as_it_is)
+        require(ranks == 1, "ranks", ranks, as_it_is)
+    begin, deadline, rows, missing = time.perf_counter(), Deadline(time_limit), [], ""
     try:
-        if engine is None:
-            program = (
-                Program.of_module(deadline)
-                if lmp is None
-                else Program.find(str(lmp), ranks, deadline)
-            )
-            program = replace(program, options=SUFFIXES[suffix] if suffix else ())
-            version = program.build.version
+        program = engine or (
+            Program.of_module(deadline) if lmp is None else Program.find(str(lmp), ranks, deadline)
+        )
+        if isinstance(program, Program) and suffix:
+            program = replace(program, options=SUFFIXES[suffix])
     except HertzchainError as problem:
         missing = str(problem)
     for name in only or CASES:
         progress(name)
-        case, code = CASES[name], engine or program
+        case = CASES[name]
         if folder is not None:
             case.scene.to_toml(folder / f"{case.file}.toml")
-        if code is None:
+        if program is None:
             rows.append(Row(case, UNTESTED, reason=missing, failed=True))
         else:
-            rows.append(_graded(case, code, suffix, folder, time_limit))
-    seconds = time.perf_counter() - begin
+            rows.append(_graded(case, program, suffix, folder, time_limit))
+    version = max(row.version for row in rows).rpartition(" ")[2]
+    if isinstance(program, Program):
+        version = program.build.version
     label = "the lammps module" if lmp is None else str(lmp)
-    version = version or max(row.version for row in rows).rpartition(" ")[2]
-    code_name = "LAMMPS" if engine is None else engine.LABEL
-    return Certificate(label, version, suffix, ranks, tuple(rows), seconds, code_name)
+    seconds = time.perf_counter() - begin
+    code = "LAMMPS" if engine is None else engine.LABEL
+    return Certificate(label, version, suffix, ranks, tuple(rows), seconds, code)
 
 
-def _other(lmp: str | Path | None) -> ProgramEngine | None:
+def _other_engine(lmp: str | Path | None) -> ProgramEngine | None:
     """Return the code other than LAMMPS that a program is by its name; None for LAMMPS."""
     for entry in registry.ENGINES.values():
         if lmp is not None and entry.program and Path(lmp).name.startswith(entry.program):
@@ -412,13 +404,16 @@ def _graded(
     keep: Path | None,
     time_limit: float,
 ) -> Row:
-    ranks = program.ranks if isinstance(program, Program) else 1
-    for_lammps = case.of_lammps and isinstance(program, ProgramEngine)
-    if for_lammps or (case.needs_ranks and ranks == 1):
-        reason = "a row for LAMMPS" if for_lammps else "one rank: ask for --ranks 2 or more"
-        return Row(case, UNTESTED, reason=reason)
-    right = expected(case.name)
-    row = Row(case, WRONG, allowed=float(right.error_estimate))
+    """Run the deck of a case once, and compare its final state and peaks with those of native."""
+    from hertzchain.engines.native.verlet import stride_of
+
+    ranks, untested = program.ranks if isinstance(program, Program) else 1, ""
+    if isinstance(program, ProgramEngine) and case.of_lammps:
+        untested = "a row for LAMMPS"
+    elif case.needs_ranks and ranks == 1:
+        untested = "one rank: ask for --ranks 2 or more"
+    if untested:
+        return Row(case, UNTESTED, reason=untested)
 
     def edit(text: str) -> str:
         text = case.edit(text, ranks)
@@ -426,9 +421,21 @@ def _graded(
             write_text(keep / f"in.{case.file}", text)
         return text
 
-    styles: list[str] = []
+    right, styles = expected(case.name), list[str]()
+    row = Row(case, WRONG, allowed=float(right.error_estimate))
+    scene, deadline, legs = case.scene, Deadline(time_limit), case.scene.schedule(case.dt)
+    # Steps between readings: as native reads damped contacts, and 5 where they are elastic
+    strides = [5 if scene.contact is None else stride_of(scene, leg) for leg in legs]
+    scaling = softening(scene, sum(leg.steps for leg in legs))
     try:
-        run = _simulated(case, program, edit, styles, Deadline(time_limit))
+        if isinstance(program, ProgramEngine):
+            label, code = program.LABEL, program.code_of(scene, deadline, edit)
+        else:
+            parts = program.command, program.ranks, program.build, program.options
+            watched = _Watched(*parts, edit, styles)
+            label, code = "LAMMPS", Binary(case.pair_style, deadline, watched).run
+        seen = Observation(scene, scaling, legs, None, label)
+        run = seen.simulation(code(scaling.scene(scene), seen.legs, strides, seen))
     except HertzchainError as problem:
         said = str(problem)
         wrong = isinstance(problem, StepUnstable | OverlapTooLarge) or _BROKEN.search(said)
@@ -453,26 +460,3 @@ def _graded(
         return replace(row, grade=UNTESTED, reason=reason)
     is_rounded = state <= ROUNDED and peaks <= INTERPOLATED
     return replace(row, grade=ROUND_OFF if is_rounded else STEPS)
-
-
-def _simulated(
-    case: Case,
-    program: Program | ProgramEngine,
-    edit: Callable[[str], str],
-    styles: list[str],
-    deadline: Deadline,
-) -> Simulation:
-    """Run the deck of a case once, as edited; collect the styles that LAMMPS names."""
-    scene = case.scene
-    legs = scene.schedule(case.dt)
-    damped = scene.contact is not None
-    strides = [stride_of(scene, leg) if damped else READ_EVERY for leg in legs]
-    scaling = softening(scene, sum(leg.steps for leg in legs))
-    if isinstance(program, ProgramEngine):
-        label, code = program.LABEL, program.code_of(scene, deadline, edit)
-    else:
-        parts = program.command, program.ranks, program.build, program.options
-        watched = _Watched(*parts, edit, styles)
-        label, code = "LAMMPS", Binary(case.pair_style, deadline, watched).run
-    seen = Observation(scene, scaling, legs, None, label)
-    return seen.simulation(code(scaling.scene(scene), seen.legs, strides, seen))

@@ -1,22 +1,24 @@
-"""Compiled functions, and how they are kept."""
+"""Compiled functions, how they are kept, and how long their preparation takes."""
 
 from __future__ import annotations
 
+import math
 import re
+import time
 from collections.abc import Callable
 from contextlib import suppress
+from contextvars import ContextVar, Token
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import numpy.ma
 from numba import njit
 from numba.core.caching import FunctionCache, NullCache
 from numba.core.options import DefaultOptions
 from numba.core.runtime.nrt import rtsys
 from numba.extending import intrinsic, register_jitable
 from numpy.typing import NDArray
-
-from hertzchain.observables.preparation import begins, ends
 
 Record = Any
 """A record of a structured array in compiled code: its dtype says which fields it has."""
@@ -34,20 +36,82 @@ UNCOUNTED = {"_nrt": False} if hasattr(DefaultOptions, "_nrt") else {}
 """Code without arrays need not count references to them: counting costs a quarter of a run."""
 
 
+class _Clock:
+    """Adds up the time of a certain work; Numba lets one thread at a time prepare kernels."""
+
+    def __init__(self) -> None:
+        self._begin, self._done = math.inf, 0.0
+
+    @property
+    def duration(self) -> float:
+        """The time so far [s], including work that has not ended yet."""
+        return self._done + max(time.perf_counter() - self._begin, 0.0)
+
+    def start(self) -> None:
+        self._begin = min(self._begin, time.perf_counter())
+
+    def stop(self) -> None:
+        self._done, self._begin = self.duration, math.inf
+
+
+class Watched:
+    """Measures how long kernels are prepared for a run, in a ``with`` block.
+
+    Preparing is compiling a kernel, or loading compiled code from disk. Only threads count that
+    work in the context of the block, or in a copy of it. ``on_compiling`` is called each time that
+    compiling a kernel starts.
+    """
+
+    def __init__(self, on_compiling: Callable[[], object] = lambda: None) -> None:
+        self.on_compiling = on_compiling
+        self.prepared, self.compiled = _Clock(), _Clock()
+        self._token: Token[tuple[Watched, ...]] | None = None
+
+    def __enter__(self) -> Watched:
+        self._token = _RUNS.set((*_RUNS.get(), self))
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._token is not None:
+            _RUNS.reset(self._token)
+
+    @property
+    def compile_time(self) -> float:
+        """Time spent on compiling [s]; 0 where all needed kernels are on disk."""
+        return self.compiled.duration
+
+    @property
+    def time(self) -> float:
+        """Time spent on compiling and on loading so far [s]."""
+        return self.prepared.duration
+
+
+_RUNS: ContextVar[tuple[Watched, ...]] = ContextVar("runs", default=())
+"""The runs that are timed. Threads of a run work in copies of its context."""
+
+
 class _Telling:
-    """Reports to ``preparation`` when a kernel is loaded or compiled."""
+    """Reports to the runs that are timed when a kernel is loaded or compiled."""
 
     def load_overload(self, sig: NumbaObject, target_context: NumbaObject) -> Any:
-        begins()
+        for run in _RUNS.get():
+            run.prepared.start()
         kernel = self._found(sig, target_context)
-        (begins if kernel is None else ends)(compiles=kernel is None)
+        for run in _RUNS.get():
+            if kernel is None:
+                run.compiled.start()
+                run.on_compiling()
+            else:
+                run.prepared.stop()
         return kernel
 
     def save_overload(self, sig: NumbaObject, data: NumbaObject) -> None:
-        ends(compiles=True)
+        for run in _RUNS.get():
+            run.compiled.stop()
         with suppress(Exception):
             super().save_overload(sig, data)  # type: ignore[misc]
-        ends()
+        for run in _RUNS.get():
+            run.prepared.stop()
 
     def _found(self, *_: NumbaObject) -> Any: ...
 

@@ -24,7 +24,6 @@ from hertzchain.observables.samples import History
 from hertzchain.observables.wave import (
     SolitaryWave,
     Wave,
-    dict_of,
     is_near_end,
     solitary_wave,
     transition_granules,
@@ -156,18 +155,6 @@ class LargestPressure:
         return dict.fromkeys(numbers) if math.isnan(self.pressure) else numbers
 
 
-def largest_pressure(
-    scene: Scene, peak_force: FloatArray, peak_time: FloatArray
-) -> LargestPressure:
-    """Return the largest pressure under the peaks [N] at their times [s], (contacts,) each."""
-    pressure = pressures(scene, peak_force)
-    k = int(np.argmax(pressure))
-    time = float(peak_time[k])
-    return LargestPressure(
-        float(pressure[k]), scene.contacts[k], None if math.isnan(time) else time
-    )
-
-
 def pressures(scene: Scene, force: FloatArray) -> FloatArray:
     """Return p0 of every contact under its force [N]; [Pa], shape (contacts,).
 
@@ -205,17 +192,16 @@ def _weaker(scene: Scene, contacts: int) -> FloatArray:
 
     A striker with a material of its own and a rigid wall have no known Y.
     """
-    strength = scene.chain.yield_strength
-    of = np.full(scene.chain.granules, math.inf)
-    if strength is not None:
-        of[:] = strength
+    wall, near, unknown = scene.wall, scene.near_wall, math.inf
+    strength = np.full(scene.chain.granules, unknown)
+    if scene.chain.yield_strength is not None:
+        strength[:] = scene.chain.yield_strength
     if set(scene.shock.material) - {"radius"}:
-        of[0] = math.inf
-    wall, near = scene.wall, scene.near_wall
-    if near is not None:
-        of = np.append(near.yield_strength or math.inf, of)
-    behind = math.inf if wall is None or wall.yield_strength is None else wall.yield_strength
-    return np.append(np.minimum(of[:-1], of[1:]), min(float(of[-1]), behind))[:contacts]
+        strength[0] = unknown
+    before = [] if near is None else [near.yield_strength or unknown]
+    behind = unknown if wall is None else wall.yield_strength or unknown
+    every = np.array([*before, *strength, behind])
+    return np.asarray(np.minimum(every[:-1], every[1:])[:contacts])
 
 
 ROUGH = 0.01  # error of the peaks above which p means nothing: p depends on changes of 1 %
@@ -380,7 +366,10 @@ class Result(ShownRun):
     @property
     def largest_pressure(self) -> LargestPressure:
         """Largest Hertz pressure of all contacts, the wall's too."""
-        return largest_pressure(self.scene, self.peak_force, self.peak_time)
+        pressure = pressures(self.scene, self.peak_force)
+        k = int(np.argmax(pressure))
+        time = or_none(self.peak_time)[k]
+        return LargestPressure(float(pressure[k]), self.scene.contacts[k], time)
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -636,7 +625,7 @@ class Result(ShownRun):
 
     def numbers(self) -> dict[str, Any]:
         """Return the object of ``to_dict`` without the scene, its contacts and the versions."""
-        wave, static = self.solitary_wave, self.static_force
+        wave, wave_over, static = self.solitary_wave, self.usual_wave, self.static_force
         scene, history, gauges = self.scene, self.history, self.gauges
         return {
             "backend": self.backend,
@@ -651,7 +640,7 @@ class Result(ShownRun):
             "peak_time_s": or_none(self.peak_time),
             **({} if static is None else {"static_force_N": static.tolist()}),
             **{name: or_none(values) for name, values in self.first_columns.items()},
-            **({} if self.first_pulses is None else {"wave": dict_of(self.usual_wave)}),
+            **({} if self.first_pulses is None else {"wave": wave_over and wave_over.to_dict()}),
             **({"gauges": [gauge.to_dict(scene, history) for gauge in gauges]} if gauges else {}),
             **({} if self.restitution is None else {"restitution": self.restitution._asdict()}),
             "transition_granules": self.transition_granules,

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from hertzchain.arrays import FloatArray, or_none
+from hertzchain.arrays import FloatArray
 from hertzchain.errors import SceneError, require
 from hertzchain.scene.scene import Scene
 
@@ -249,21 +249,16 @@ class Wave:
     width_error: float
     width_granules: float
 
-
-def dict_of(wave: Wave | None) -> dict[str, float | None] | None:
-    """Return a wave as a JSON object."""
-    if wave is None:
-        return None
-    width = np.array([wave.width, wave.width_error, wave.width_granules])
-    return {
-        "first_contact": wave.first,
-        "last_contact": wave.last,
-        "speed_m_s": wave.speed,
-        "speed_error": wave.speed_error,
-        "height_N": wave.height,
-        "height_error": wave.height_error,
-        **dict(zip(("width_s", "width_error", "width_granules"), or_none(width), strict=True)),
-    }
+    def to_dict(self) -> dict[str, float | None]:
+        """Return the wave as a JSON object; null stands for what is not known."""
+        units = {
+            "first": "first_contact", "last": "last_contact", "speed": "speed_m_s",
+            "height": "height_N", "width": "width_s",
+        }  # fmt: skip
+        return {
+            units.get(name, name): value if math.isfinite(value) else None
+            for name, value in vars(self).items()
+        }
 
 
 def places(scene: Scene) -> FloatArray:

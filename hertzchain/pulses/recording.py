@@ -27,7 +27,6 @@ _LARGEST_FILE_BYTES = 100_000_000  # of a file (chosen): about three million sam
 _LAYOUT_LINES = 2000  # lines at the beginning and at the end that show the layout (chosen)
 MOST_EXTENT = 1e60  # largest s or N: its square, and sums of squares, can be represented
 _SETTING_LINES = 30  # first lines with samples next to which settings may stand; chosen
-_NAMED_LINES = 3  # most wrong lines that are named
 
 _LAYOUTS = ((";", "."), (";", ","), ("\t", "."), ("\t", ","), (",", "."), (" ", "."), (" ", ","))
 """Layouts that are tried: separator of columns (a blank stands for any number) and decimal sign."""
@@ -118,13 +117,11 @@ class Columns:
                 f"{self.path}: {lines.size} lines have numbers in the columns {named}, must be at"
                 f" least {LEAST_SAMPLES}; name the columns with --time and --force"
             )
-        is_wrong = ~np.isfinite(values.to_numpy()).all(axis=1)
-        wrong = [f"line {number}" for number in lines[is_wrong]]
-        if wrong:
-            more = f" and {len(wrong) - _NAMED_LINES:,} more" if len(wrong) > _NAMED_LINES else ""
+        wrong = lines[~np.isfinite(values.to_numpy()).all(axis=1)]
+        if wrong.size:
+            more = f" (and {wrong.size - 1:,} more)" if wrong.size > 1 else ""
             allowed = "has no finite time and force: correct it or delete it"
-            said = f"{', '.join(wrong[:_NAMED_LINES])}{more}: {allowed}"
-            raise SceneError("", None, said, self.path)
+            raise SceneError("", None, f"line {wrong[0]}{more}: {allowed}", self.path)
         back = np.flatnonzero(np.diff(values[which[0]]) <= 0)
         if back.size:
             said = f"line {lines[back[0] + 1]}: the time is not above that of line {lines[back[0]]}"

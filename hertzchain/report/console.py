@@ -6,7 +6,6 @@ import io
 import re
 import textwrap
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import replace
 from datetime import datetime
 from typing import TYPE_CHECKING
 
@@ -220,10 +219,13 @@ def _print_checks(console: Console, document: Document) -> None:
     console.print()
     header = ("check", "difference", "tolerance", "of the tolerance", "")
     console.print(table(header, rows, left=("check", "")))
+    failures: dict[str, list[str]] = {}
     for check in checks:
         if not check.passed:
             why = check.reason if check.measured is None else f"out of tolerance ({check.reason})"
-            print_prose(console, f": {why}", check.name, "red")
+            failures.setdefault(why, []).append(check.name)
+    for why, names in failures.items():
+        print_prose(console, f": {why}", ", ".join(names), "red")
     for check in checks:
         if check.remark:
             print_prose(console, f"{check.name}: {check.remark}.")
@@ -308,21 +310,10 @@ def _reasons(certificate: Certificate) -> dict[str, list[str]]:
 _ACCURACIES = tuple(float(f"1e-{k}") for k in range(2, 11))  # accuracies of the table
 
 
-def print_tradeoff(console: Console, tradeoffs: Sequence[Tradeoff]) -> None:
-    """Print the cheapest contender for each accuracy; several scenes: medians, worst errors."""
-    from hertzchain.verdict.tradeoff import cheapest, typical
-
-    title = f"{len(tradeoffs)} scenes: median times, and the errors of the worst"
-    if len(tradeoffs) == 1:
-        title = describe(tradeoffs[0].scene)
-    console.print(title, style="bold", end="\n\n")
-    floor = max(tradeoff.truth_error for tradeoff in tradeoffs)
-    rows = [replace(point.row, error=point.highest) for point in typical(tradeoffs)]
-    best = {
-        wanted: min(reached.values(), key=lambda row: row.wall_time)
-        for wanted in _ACCURACIES
-        if (reached := cheapest(rows, wanted, floor))
-    }
+def print_tradeoff(console: Console, tradeoff: Tradeoff) -> None:
+    """Print the cheapest contender for each accuracy."""
+    console.print(describe(tradeoff.scene), style="bold", end="\n\n")
+    best = {wanted: tradeoff.cheapest(wanted) for wanted in _ACCURACIES}
     console.print("The cheapest way to peaks of a wanted accuracy")
     header = ("right to", "contender", "with", "error", "force evaluations", "time [ms]")
     lines = [
@@ -335,6 +326,7 @@ def print_tradeoff(console: Console, tradeoffs: Sequence[Tradeoff]) -> None:
             f"{1e3 * row.wall_time:.3g}",
         )
         for wanted, row in best.items()
+        if row is not None
     ]
     console.print(table(header, lines, left=("contender",)))
     console.print()
@@ -342,7 +334,7 @@ def print_tradeoff(console: Console, tradeoffs: Sequence[Tradeoff]) -> None:
         "Time: the least of some runs, on code that is loaded and compiled. LAMMPS: with the"
         " creation of its instance,\nwithout estimating its error. rtol: the native solver chooses"
         " method and steps; its estimate takes more runs.\nThe truth is known to"
-        f" {floor:.1g}."
+        f" {tradeoff.truth_error:.1g}."
     )
 
 
@@ -353,6 +345,4 @@ def _power(wanted: float) -> str:
 def _setting(row: TradeoffRow) -> str:
     if row.rtol is not None:
         return f"rtol {_power(row.rtol)}"
-    if row.step is not None:
-        return f"step {row.step:.3g} s"
-    return f"step {row.natural_step:.3g} natural units"
+    return f"step {row.step:.3g} s"

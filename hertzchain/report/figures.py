@@ -424,42 +424,32 @@ def figure_of(document: Document, size: tuple[float, float] | None = None) -> Pi
 
 
 def plot_tradeoff(
-    tradeoffs: Sequence[Tradeoff], size: tuple[float, float] | None = None
+    tradeoff: Tradeoff, size: tuple[float, float] | None = None, title: str = ""
 ) -> Picture:
-    """Draw error against wall time, a line for each contender, and the frontier.
-
-    Of several scenes medians are drawn, and the range of the errors.
-    """
+    """Draw error against wall time, a line for each contender, and the frontier."""
     from matplotlib import colormaps
 
     from hertzchain.report.picture import Picture, in_units, legend_look
-    from hertzchain.verdict.tradeoff import frontier, typical
 
-    points = typical(tradeoffs)
-    floor = max(tradeoff.truth_error for tradeoff in tradeoffs)
-    title = f"{len(tradeoffs)} scenes, medians and the range of the errors"
-    if len(tradeoffs) == 1:
-        title = describe(tradeoffs[0].scene)
+    floor, title = tradeoff.truth_error, title or describe(tradeoff.scene)
     figure = Picture(size or (10.5, 6.5), f"What accuracy costs: {title}")
     axes = figure.subplots()
     axes.set(xscale="log", yscale="log")
-    best = frontier([point.row for point in points], floor)
+    best = tradeoff.frontier
     axes.plot(
-        [row.wall_time for row in best], [max(row.error, floor) for row in best],
+        [row.wall_time for row in best], [tradeoff.known_error(row) for row in best],
         color="#F0E442", linewidth=9, drawstyle="steps-post", solid_capstyle="round", zorder=1,
         label="cheapest at its accuracy",
     )  # fmt: skip
     markers = {engine: cycle(look[0]) for engine, look in style.WAYS.items()}
-    for k, name in enumerate(dict.fromkeys(point.row.contender for point in points)):
-        curve = [point for point in points if point.row.contender == name]
-        engine = curve[0].row.engine
+    for k, name in enumerate(dict.fromkeys(row.contender for row in tradeoff.rows)):
+        curve = [row for row in tradeoff.rows if row.contender == name]
+        engine = curve[0].engine
         _, line, filling = style.WAYS[engine]
         colour = colormaps["tab20"](k % 20)
-        time = [point.row.wall_time for point in curve]
-        error = [max(point.row.error, floor) for point in curve]
         axes.plot(
-            time,
-            error,
+            [row.wall_time for row in curve],
+            [tradeoff.known_error(row) for row in curve],
             color=colour,
             marker=next(markers[engine]),
             linestyle=line,
@@ -468,10 +458,6 @@ def plot_tradeoff(
             linewidth=1.2,
             label=name.removesuffix(", compiled"),  # a full marker
         )
-        if len(tradeoffs) > 1:
-            lowest = [max(point.lowest, floor) for point in curve]
-            highest = [max(point.highest, floor) for point in curve]
-            axes.fill_between(time, lowest, highest, color=colour, alpha=0.12, linewidth=0)
     axes.axhspan(floor / 10, floor, color="0.93", zorder=0, label="error of the reference")
     axes.set_ylim(floor / 10, None)
     axes.set_ylabel("error of the peaks")

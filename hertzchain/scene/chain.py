@@ -1,17 +1,18 @@
-"""The chain of granules, and its natural units."""
+"""The chain of granules, its natural units, and its granules and contacts one by one."""
 
 from __future__ import annotations
 
-import functools
 import math
 import reprlib
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from hertzchain.arrays import Quantity
+from hertzchain.arrays import FloatArray, Quantity
 from hertzchain.contact import hertz
 from hertzchain.errors import require
 from hertzchain.scene.keys import Key, check, key, keys_of, optional
@@ -138,13 +139,13 @@ class Chain:
         allowed = "is a single number only in a chain of like granules: see Scene.granules"
         require(not unlike, what, None, allowed)
 
-    @functools.cached_property
+    @cached_property
     def granule_mass(self) -> float:
         """Mass m = 4/3 pi R^3 rho of each granule of a uniform chain [kg]."""
         self.require_uniform("granule_mass")
         return granule_mass(self.radius, self.density)  # type: ignore[no-any-return]
 
-    @functools.cached_property
+    @cached_property
     def contact_stiffness(self) -> float:
         """A in F = A overlap^(3/2) of a uniform chain [N m^(-3/2)]."""
         self.require_uniform("contact_stiffness")
@@ -178,16 +179,147 @@ def equal_modulus(stiffness: Quantity, radius: Quantity) -> Any:
     return 3 * stiffness / np.sqrt(2 * radius)
 
 
+def contact_mass(mass: FloatArray, contacts: int) -> FloatArray:
+    """m* of contacts [kg], (contacts,), from the masses of granules, some perhaps infinite."""
+    with np.errstate(invalid="ignore"):
+        pairs = together(mass)
+    held = np.isinf(mass)
+    pairs = np.where(held[:-1], mass[1:], np.where(held[1:], mass[:-1], pairs))
+    return np.concatenate([pairs, mass[-1:]])[:contacts]
+
+
+def together(values: FloatArray) -> FloatArray:
+    """1 / (1/a + 1/b) of neighbours a and b, shape (granules - 1,)."""
+    return values[:-1] * values[1:] / (values[:-1] + values[1:])
+
+
+@dataclass(frozen=True, eq=False)
+class Granules:
+    """Every granule and every contact of a scene, in SI units.
+
+    The first contact is that between granules 1 and 2; where there is a wall, its contact is the
+    last. A near wall is one more body, in front of the N granules: fixed, as large as granule 1, of
+    the wall's material. It makes the first contact, with the stiffness of a plane. Where a
+    stiffness or mass was measured, the material is that of a sphere that has it next to an equal
+    one.
+    """
+
+    # Of each body, shape (bodies,)
+    radius: FloatArray  # [m]
+    young_modulus: FloatArray  # [Pa]
+    poisson_ratio: FloatArray
+    density: FloatArray  # [kg/m^3]
+    mass: FloatArray  # [kg], infinite for a piston and fixed granules
+    velocity: FloatArray  # at the start [m/s]
+    # Of each contact, shape (contacts,)
+    stiffness: FloatArray  # A in F = A overlap^(3/2) [N m^(-3/2)]
+    gap: FloatArray  # at the start [m]
+    constant_force: FloatArray  # gravity and precompression on each body [N]; 0 for a piston
+    static_force: FloatArray  # in each contact at the start [N]
+    damping: FloatArray | None = None  # c of each contact [N s m^-(1+q)], see ``Contact``
+    is_fixed: Any = False
+    has_near_wall: bool = False
+    length: FloatArray | None = None  # of each body between its contacts [m]; None for the diameter
+
+    @property
+    def fixed(self) -> NDArray[np.intp]:
+        """Granules that never move, counted from 0."""
+        return np.flatnonzero(self.is_fixed)
+
+    @cached_property
+    def static_overlap(self) -> FloatArray:
+        """Overlap of each contact at the start [m], shape (contacts,)."""
+        return np.asarray(hertz.overlap_of(self.stiffness, self.static_force))
+
+    @cached_property
+    def position(self) -> FloatArray:
+        """Centre of each body at the start, the first at 0 [m], shape (bodies,)."""
+        return self._centres(self.radius)
+
+    @property
+    def place(self) -> FloatArray:
+        """The same by the lengths of the granules, where these are not their diameters."""
+        return self.position if self.length is None else self._centres(self.reach)
+
+    @property
+    def reach(self) -> FloatArray:
+        """Distance from the centre of each granule to its contacts [m], shape (bodies,)."""
+        return self.radius if self.length is None else self.length / 2
+
+    def _centres(self, reach: FloatArray) -> FloatArray:
+        apart = reach[:-1] + reach[1:]
+        contacts = apart.size
+        apart = apart + self.gap[:contacts] - self.static_overlap[:contacts]
+        return np.concatenate([[0.0], np.cumsum(apart)])
+
+    @property
+    def closing(self) -> FloatArray:
+        """Speed with which each contact closes at the start [m/s], shape (contacts,); 0 if not."""
+        velocity = np.append(self.velocity, 0.0)
+        return np.asarray(np.maximum(velocity[:-1] - velocity[1:], 0)[: self.stiffness.size])
+
+    @property
+    def force_at_start(self) -> float:
+        """Largest peak of contacts that close at the start, each alone [N]; 0 where none does."""
+        return float(np.max(hertz.impact_force(self.stiffness, self.contact_mass, self.closing)))
+
+    @property
+    def as_if_free(self) -> Granules:
+        """Return the same granules with finite masses of fixed ones, as if these were free."""
+        mass = granule_mass(self.radius, self.density)
+        return replace(self, mass=np.where(self.is_fixed, mass, self.mass))
+
+    @property
+    def moved(self) -> FloatArray:
+        """Momentum of each granule at the start [N s], shape (granules,); 0 for a piston."""
+        held = np.isinf(self.mass)
+        return np.asarray(np.where(held, 0.0, self.mass) * np.where(held, 0.0, self.velocity))
+
+    @cached_property
+    def contact_mass(self) -> FloatArray:
+        """m* = m1 m2 / (m1 + m2) of each contact [kg], shape (contacts,).
+
+        At a wall it is the mass of the last granule, at a piston that of granule 2.
+        """
+        return contact_mass(self.mass, self.stiffness.size)
+
+    def reached_from(self, sources: Any) -> NDArray[np.bool_]:
+        """Tell which contacts no fixed granule separates from all of some granules, (contacts,).
+
+        ``sources`` is true for these granules, shape (granules,).
+        """
+        part = np.cumsum(np.broadcast_to(self.is_fixed, self.mass.size))
+        return np.isin(part[: self.stiffness.size], part[sources])
+
+    @property
+    def contact_radius(self) -> FloatArray:
+        """R* of each contact [m], shape (contacts,); at a wall R of its granule."""
+        radius = np.append(together(self.radius), self.radius[-1])[: self.stiffness.size]
+        if self.has_near_wall:
+            radius[0] = self.radius[1]
+        return radius
+
+    def ahead_of(self, place: int) -> tuple[float, float]:
+        """A [N m^(-3/2)] and 2 m* [kg] of the contact ahead of a granule; the last: behind it."""
+        k = min(place, self.stiffness.size - 1)
+        return float(self.stiffness[k]), 2 * float(self.contact_mass[k])
+
+
+def like_granules(chain: Chain) -> Granules:
+    """Return the granules of a uniform free chain, whose numbers are exactly the chain's own."""
+    count = chain.granules
+    values: Any = {key: np.full(count, getattr(chain, key)) for key in MATERIAL}
+    stiffness, none = np.full(count - 1, chain.contact_stiffness), np.zeros(count)
+    mass = np.full(count, chain.granule_mass)
+    return Granules(**values, mass=mass, velocity=none, stiffness=stiffness, gap=none[1:],
+                    constant_force=none, static_force=none[1:])  # fmt: skip
+
+
 def short_repr(part: Any) -> str:
     """The repr of a frozen object, with only the first six values of long tuples."""
     values = (f"{field.name}={reprlib.repr(getattr(part, field.name))}" for field in fields(part))
     return f"{type(part).__name__}({', '.join(values)})"
 
-
-IMPACT = 0.754272
-"""Peak force between two granules of mass 1, one at rest, the other with velocity 1: the energy 1/4
-equals 2/5 r^(5/2), so the force is (5/8)^(3/5).
-"""
 
 PAPER_MOMENTUM = 139 / 32
 """The paper's coefficient of L_SW (section 4.1); the exact one is in hertzchain.theory."""
@@ -258,5 +390,8 @@ def force_scale(momentum_ratio: float) -> float:
     Long pulses press contacts with about F0. A short pulse only gives its impulse I to the first
     granule, which presses the second with 0.754 I^1.2.
     """
+    # Peak force of a collision with velocity 1, both masses 1, one at rest: the energy 1/4 equals
+    # 2/5 r^(5/2), so the force is (5/8)^(3/5)
+    impact = 0.754272
     short = min(1.0, momentum_ratio)  # above 1 the result is 1; this avoids an overflow
-    return min(1.0, IMPACT * math.pow(MOMENTUM_IN_NATURAL_UNITS * short, 1.2))
+    return min(1.0, impact * math.pow(MOMENTUM_IN_NATURAL_UNITS * short, 1.2))

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 import re
 import tomllib
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import MISSING, asdict, fields, replace
 from pathlib import Path
 from typing import Any, TypeVar
 
 from hertzchain.errors import SceneError, did_you_mean, require
-from hertzchain.files import read_bytes
+from hertzchain.files import read_bytes, read_rows
 from hertzchain.scene.chain import MATERIAL, MOST_UNLIKE_GRANULES, Chain
 from hertzchain.scene.keys import Key, Section, keys_of, to_si
 from hertzchain.scene.schedule import Run
@@ -26,10 +28,6 @@ from hertzchain.scene.shocks import (
     Sine,
     Striker,
     Trapezoid,
-    columns_of,
-    read_columns,
-    read_table,
-    text_of,
 )
 from hertzchain.scene.terms import (
     OF_GRANULES,
@@ -60,78 +58,136 @@ _COLUMNS = {
 _OPTIONAL_COLUMNS = tuple(name for name in _COLUMNS if _COLUMNS[name] not in ("radius", "gap"))
 """Columns that may be absent; those of the material only where others take their place."""
 
-_LARGEST_TABLE_BYTES = 50_000_000
-"""Size of a table of granules [bytes], chosen: 500,000 rows."""
+_Shock = TypeVar("_Shock", bound=Shock)
+
+_LARGEST_FILE_BYTES = 50_000_000
+"""Largest size of a file [bytes], chosen: half a million granules, two million rows of a pulse."""
+
+
+def columns_of(shock: Shock) -> dict[str, Sequence[float]]:
+    """Return the columns of a shock's table by name; empty if it has no table."""
+    if shock.column is None or not shock.rows:
+        return {}
+    time, values = zip(*shock.rows, strict=True)
+    return {"time_s": time, shock.column[1]: values}
+
+
+def text_of(columns: Mapping[str, Sequence[float]]) -> str:
+    """Return the text of a CSV file with these columns; truth values are written as 0 or 1."""
+    rows = (",".join(repr(+value) for value in row) for row in zip(*columns.values(), strict=True))
+    return "\n".join([",".join(columns), *rows]) + "\n"
+
+
+def read_columns(
+    path: Path,
+    key: str,
+    name: str | None,
+    names: Collection[str],
+    optional: Collection[str] = (),
+) -> dict[str, tuple[float, ...]]:
+    """Return the columns of a CSV file of numbers by their names.
+
+    A SceneError says what is wrong; ``key`` and ``name`` are those of the file in a scene file.
+    """
+    try:
+        header, rows = read_rows(path, _LARGEST_FILE_BYTES)
+    except ValueError as problem:
+        allowed = f"cannot be read ({problem}); must be a CSV file"
+        raise SceneError(key, name, allowed, None if name else path) from None
+    required = [column for column in names if column not in optional]
+    allowed = f"must be {','.join(required)}"
+    allowed += f", and perhaps {', '.join(optional)}" if optional else ""
+    for column in (column for column in header if column not in names):
+        raise SceneError("column", column, f"is unknown: the first line {allowed}", path)
+    if sorted(header) != sorted({*header, *required}):
+        raise SceneError("first line", ",".join(header), allowed, path)
+    values = []
+    for number, row in enumerate(rows, start=1):
+        try:
+            values.append([float(cell) for cell in row])
+        except ValueError:
+            values.append([])
+        if len(values[-1]) != len(header):
+            allowed = f"must be {len(header)} numbers, {','.join(header)}"
+            raise SceneError(f"row {number}", ",".join(row), allowed, path)
+    return {column: tuple(row[k] for row in values) for k, column in enumerate(header)}
+
+
+def read_table(kind: type[_Shock], path: Path, name: str | None = None) -> _Shock:
+    """Read a shock from a CSV file with the header ``time_s`` and the column of its values."""
+    assert kind.column is not None
+    field, column = kind.column
+    columns = read_columns(path, "shock.file", name, ("time_s", column))
+    values: dict[str, Any] = {"time": columns["time_s"], field: columns[column]}
+    with _errors_of(file=path):
+        return kind(**values, file=name or str(path))  # type: ignore[call-arg]
+
+
+@contextmanager
+def _errors_of(
+    prefix: str = "", file: Path | None = None, section: Section | None = None
+) -> Iterator[None]:
+    """Name the file in a SceneError, or the section: with the value as it is given there."""
+    try:
+        yield
+    except SceneError as problem:
+        key, value = f"{prefix}{problem.key}", (section or {}).get(problem.key, problem.value)
+        raise SceneError(key, value, problem.allowed, file) from None
 
 
 def expand(defaults: Chain, segments: Any) -> Chain:
     """Return a chain, granule by granule, from its defaults and what each segment changes."""
     allowed = "must be one or more tables, [[chain.segments]]"
-    is_list = isinstance(segments, list) and segments
-    require(bool(is_list), "chain.segments", segments, allowed)
-    counts = 0
-    columns: dict[str, list[float]] = {key: [] for key in _CELL_KEYS}
+    require(isinstance(segments, list) and bool(segments), "chain.segments", segments, allowed)
+    most, total, usual = defaults.granules, 0, asdict(defaults)
+    columns: dict[str, list[Any]] = {key: [] for key in _CELL_KEYS}
     read: list[dict[str, Any]] = []
+    sums = f"the granules of all segments must sum to chain.granules = {most}, they are"
     for number, segment in enumerate(segments, start=1):
         name = f"chain.segments.{number}"
         require(isinstance(segment, dict), name, segment, allowed)
         values = quantities(name, segment, SEGMENT_KEYS, ("cell",))
         require("granules" in values, f"{name}.granules", None, "missing")
-        most, granules = defaults.granules, values["granules"]
-        allowed = f"must be at most {MOST_UNLIKE_GRANULES}"
-        require(most <= MOST_UNLIKE_GRANULES, "chain.granules", most, allowed)
+        few = f"must be at most {MOST_UNLIKE_GRANULES}"
+        require(most <= MOST_UNLIKE_GRANULES, "chain.granules", most, few)
+        granules, ratio = values["granules"], values.get("radius_ratio", 1.0)
         SEGMENT_KEYS["granules"].check(f"{name}.granules", granules)
-        counts += granules
-        require(counts <= most, f"{name}.granules", granules, _sum_allowed(most, "more"))
+        total += granules
+        require(total <= most, f"{name}.granules", granules, f"{sums} more")
         cells = _cells(name, values)
+        RADIUS_RATIO.check(f"{name}.radius_ratio", ratio)
+        for key, value in itertools.chain(*(part.items() for part in (values, *cells))):
+            only = f"is allowed only with chain.{key}, for the granules that have none here"
+            is_missing = key in _CELL_KEYS and usual[key] is None
+            require(not is_missing, f"{name}.{key}", value, only)
         read.append({**values, "cell": cells} if "cell" in values else values)
-        _fill(columns, defaults, values, cells, name)
-    require(counts == defaults.granules, "chain.segments", None, _sum_allowed(defaults.granules))
-    try:
-        chain = Chain(defaults.granules, *(columns[key] or None for key in _CELL_KEYS))
-    except SceneError as problem:
-        raise SceneError(f"chain.{problem.key}", problem.value, problem.allowed) from None
-    given = {key: value for key, value in asdict(defaults).items() if value is not None}
-    chain.__dict__["_section"] = {**given, "segments": read}
+        for k in range(granules):
+            granule = {**usual, **values, **cells[k % len(cells)]}
+            granule["radius"] = _tapered(granule["radius"], ratio, k)
+            for key, column in columns.items():
+                column.append(granule[key])
+    require(total == most, "chain.segments", None, f"{sums} fewer")
+    with _errors_of("chain."):
+        chain = Chain(most, *(None if usual[key] is None else columns[key] for key in columns))
+    kept = {key: value for key, value in usual.items() if value is not None}
+    chain.__dict__["_section"] = {**kept, "segments": read}
     return chain
-
-
-def _sum_allowed(granules: int, how: str = "fewer") -> str:
-    return f"the granules of all segments must sum to chain.granules = {granules}, they are {how}"
 
 
 def _cells(name: str, values: Section) -> list[dict[str, Any]]:
     """Return the differing values of each granule of the cell that a segment repeats."""
-    if "cell" not in values:
-        return [{}]
-    cell = values["cell"]
+    cell = values.get("cell", [{}])
     allowed = "must be a list of one or more tables, [{...}, {...}]; {} is a granule as in [chain]"
     is_cell = isinstance(cell, list) and cell and all(isinstance(granule, dict) for granule in cell)
     require(bool(is_cell), f"{name}.cell", cell, allowed)
-    if "radius_ratio" in values:
-        allowed = "not allowed with a cell, in which each granule has its own radius"
-        raise SceneError(f"{name}.radius_ratio", values["radius_ratio"], allowed)
+    allowed, ratio = (
+        "not allowed with a cell, in which each granule has its own radius",
+        "radius_ratio",
+    )
+    require(not {"cell", ratio} <= values.keys(), f"{name}.{ratio}", values.get(ratio), allowed)
     return [
         quantities(f"{name}.cell.{k}", granule, _CELL_KEYS) for k, granule in enumerate(cell, 1)
     ]
-
-
-def _fill(
-    columns: dict[str, list[float]], defaults: Chain, values: Section,
-    cells: list[dict[str, Any]], name: str,
-) -> None:  # fmt: skip
-    """Append the granules of a segment."""
-    ratio = values.get("radius_ratio", 1.0)
-    RADIUS_RATIO.check(f"{name}.radius_ratio", ratio)
-    for k in range(values["granules"]):
-        granule = {**values, **cells[k % len(cells)]}
-        for key, column in columns.items():
-            value = granule.get(key, getattr(defaults, key))
-            if getattr(defaults, key) is None:
-                allowed = f"is allowed only with chain.{key}, for the granules that have none here"
-                require(key not in granule, f"{name}.{key}", value, allowed)
-                continue
-            column.append(_tapered(value, ratio, k) if key == "radius" else value)
 
 
 def _tapered(radius: float, ratio: float, k: int) -> float:
@@ -144,19 +200,14 @@ def _tapered(radius: float, ratio: float, k: int) -> float:
 
 def read_granule_table(path: Path, name: str | None = None) -> Chain:
     """Read a chain from a CSV file with a row for each granule. A SceneError says what is wrong."""
-    table = read_columns(
-        path, "chain.file", name, _LARGEST_TABLE_BYTES, _COLUMNS, _OPTIONAL_COLUMNS
-    )
+    table = read_columns(path, "chain.file", name, _COLUMNS, _OPTIONAL_COLUMNS)
     values: dict[str, Any] = {_COLUMNS[heading]: column for heading, column in table.items()}
-    for row, value in enumerate(values.get("fixed", ()), start=1):
-        if value not in (0, 1):
-            raise SceneError(f"fixed in row {row}", value, "must be 0 or 1", file=path)
-    if "fixed" in values:
-        values["fixed"] = [bool(value) for value in values["fixed"]]
-    try:
+    with _errors_of(file=path):
+        for row, value in enumerate(values.get("fixed", ()), start=1):
+            require(value in (0, 1), f"fixed in row {row}", value, "must be 0 or 1")
+        if "fixed" in values:
+            values["fixed"] = [bool(value) for value in values["fixed"]]
         return Chain(len(values["radius"]), **values)
-    except SceneError as problem:
-        raise problem.in_file(path) from None
 
 
 def granule_table(chain: Chain) -> str:
@@ -289,23 +340,13 @@ def _given(part: Any, defaults: bool) -> dict[str, Any]:
 
 _Kind = TypeVar("_Kind")
 
-_LARGEST_FILE_BYTES = 100_000
-"""Largest size of a scene file [bytes], chosen; the one of `make demo` has 500."""
-_MOST_DOTS_IN_LINE = 200
-"""Most dots in a line (chosen): tomllib's time grows as the square of the dots of a key, to 35 s at
-32,000.
-"""
-
 
 def read_parts(path: Path) -> dict[str, Any]:
     """Read the parts of a scene file, by the names of the arguments of ``Scene``.
 
-    A SceneError names file, key, value and what is allowed.
+    A SceneError names key, value and what is allowed.
     """
-    try:
-        return _parts(_load(path), path.parent)
-    except SceneError as problem:
-        raise problem.in_file(path) from None
+    return _parts(_load(path), path.parent)
 
 
 def texts_of(path: Path, scene: Any) -> dict[Path, str]:
@@ -336,10 +377,7 @@ def _load(path: Path) -> dict[str, Any]:
         allowed = f"cannot be read ({reason}), must be a TOML file"
         raise SceneError("", None, allowed, path) from None
     try:
-        text = content.decode("utf-8-sig")
-        if any(line.count(".") > _MOST_DOTS_IN_LINE for line in text.split("\n")):
-            raise ValueError(f"a line with more than {_MOST_DOTS_IN_LINE} dots")  # noqa: TRY301
-        return tomllib.loads(text)
+        return tomllib.loads(content.decode("utf-8-sig"))
     except UnicodeDecodeError:
         raise SceneError("", None, "is not TOML: save it as UTF-8 text", path) from None
     except (ValueError, RecursionError) as problem:  # not TOML, or nested too deeply
@@ -475,7 +513,11 @@ def quantities(
     values: dict[str, Any] = {}
     for key, value in section.items():
         full = f"{name}.{key}"
-        problem = "not allowed with file" if {"file"} & section.keys() & {*names} else "unknown key"
+        problem = "unknown key"
+        if {"file"} & section.keys() & {*names}:
+            problem = "not allowed with file"
+        elif full in KEYS:
+            problem = f'not a key of profile = "{section.get("profile")}"'
         allowed = f"{problem}, allowed are {', '.join(names)}{did_you_mean(key, names)}"
         if key == "diameter" and "radius" in keys:
             allowed = "unknown key: write radius, half of it"
@@ -494,8 +536,5 @@ def _section(
         if item.name in keys and item.name not in values:
             missing = ", ".join(filter(None, ("missing", keys[item.name].is_one_of)))
             require(item.default is not MISSING, f"{name}.{item.name}", None, missing)
-    try:
+    with _errors_of(f"{name}.", section=section):
         return kind(**{key: value for key, value in values.items() if key in keys})
-    except SceneError as problem:
-        given = section.get(problem.key, problem.value)
-        raise SceneError(f"{name}.{problem.key}", given, problem.allowed) from None

@@ -8,7 +8,8 @@ import itertools
 import math
 import os
 import sys
-from collections.abc import Collection
+from collections.abc import Collection, Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
@@ -25,25 +26,33 @@ from hertzchain.scene.chain import (
     MOMENTUM_IN_NATURAL_UNITS,
     MOST_UNLIKE_GRANULES,
     Chain,
+    Granules,
     NaturalUnits,
-    force_scale,
     length_and_time,
+    like_granules,
 )
 from hertzchain.scene.file import OTHERS, key_named, read_parts, texts_of
-from hertzchain.scene.granules import Granules, granules_of, like_granules
 from hertzchain.scene.keys import Positive, keys_of
 from hertzchain.scene.schedule import (
     Leg,
     Push,
     Run,
     lay_steps,
-    lay_strokes,
     squeezing_force,
     watched_time,
     watched_with_terms,
     weakest_push,
 )
-from hertzchain.scene.shocks import Moving, Piston, Pulse, Ramp, Shock, Striker
+from hertzchain.scene.shocks import (
+    Moving,
+    Piston,
+    Pulse,
+    PulseTable,
+    Ramp,
+    Shock,
+    Sine,
+    Striker,
+)
 from hertzchain.scene.terms import (
     ALL_TERMS,
     DAMPING,
@@ -53,143 +62,132 @@ from hertzchain.scene.terms import (
     Precompression,
     Uncertain,
     Wall,
+    granules_of,
 )
 from hertzchain.shown import Shown
 
 
-def _refuse_impossible(scene: Any) -> None:
-    """Raise a SceneError for parts that exclude one another.
+def _refusals(scene: Any) -> Iterator[tuple[Any, str, object, str]]:  # noqa: PLR0915 - a list
+    """Yield reasons to refuse a scene: whether it applies, key, value, what is allowed.
 
-    Gravity needs a wall or a fixed granule at the far end, a static load needs closed contacts, a
-    sine needs a static load of at least its amplitude, and a near wall leaves no room for a striker
-    or piston.
+    A later reason may assume that no earlier one applies.
     """
     chain: Chain = scene.chain
     shock: Shock = scene.shock
-    _refuse_lonely(scene)
-    _refuse_measured(scene)
-    pressed, contact, gauges = scene.precompression, scene.contact, scene.gauges
-    walls: dict[str, Wall | None] = {"wall": scene.wall, "near_wall": scene.near_wall}
-    for gauge in gauges:
-        gauge.check(chain.granules, *(wall is not None for wall in walls.values()))
-    uncertain = scene.uncertain
-    names = [entry.name for entry in uncertain]
-    for name in names:
-        require(names.count(name) == 1, name, None, "is uncertain twice: delete one of them")
-    for entry in uncertain:
-        given = getattr(chain, entry.key.partition(".")[2]) if entry.each else ()
-        require(given is not None, entry.name, None, "has no value in [chain] that could scatter")
+    pressed, contact, granules = scene.precompression, scene.contact, scene.chain.granules
+    force = 0.0 if pressed is None else pressed.force
+    both = {"wall": scene.wall, "near_wall": scene.near_wall}
+    walls: dict[str, Wall] = {name: wall for name, wall in both.items() if wall is not None}
+    allowed = "must be at least 2 without a wall: a single granule needs [wall] or [near_wall]"
+    yield granules == 1 and not walls, "chain.granules", 1, allowed
+    behind = shock.is_driven or (pressed is not None and shock.loaded_granule > 0)
+    allowed = f"must be at least 2: the {shock.noun} is granule 1, and granule 2 is pressed"
+    yield granules == 1 and behind, "chain.granules", 1, allowed
+
+    for name, value in shock.material.items():
+        allowed = "leave it out: [chain] or its first segment describes a measured granule 1"
+        yield chain.is_measured, f"striker.{name}", value, allowed
+    parts: dict[str, Any] = {"chain": chain, **walls} if scene.measures_contacts else {}
+    for section, part in parts.items():
+        strength = part.yield_strength
+        allowed = "needs the pressure, which no measured stiffness tells: leave it out"
+        yield strength is not None, f"{section}.yield_strength", strength, allowed
     for section, wall in walls.items():
-        for name, value in wall.own_damping.items() if wall is not None else ():
+        is_measured = chain.stiffness is not None
+        allowed = "needs the granule's material, which chain.stiffness replaces: give stiffness"
+        yield wall.kind is not None and is_measured, f"{section}.kind", wall.kind, allowed
+        allowed = f"missing, must be one of {', '.join(WALLS)}; or give stiffness"
+        is_known = wall.stiffness is not None or (is_measured and section == "near_wall")
+        yield wall.kind is None and not is_known, f"{section}.kind", None, allowed
+
+    for gauge in scene.gauges:
+        gauge.check(granules, *(wall is not None for wall in both.values()))
+        allowed = "has two gauges: leave one out"
+        yield scene.gauges.count(gauge) > 1, f"gauge.{gauge.key}", gauge.number, allowed
+    names = [entry.name for entry in scene.uncertain]
+    for name in names:
+        yield names.count(name) > 1, name, None, "is uncertain twice: delete one of them"
+    for entry in scene.uncertain:
+        absent = entry.each and getattr(chain, entry.key.partition(".")[2]) is None
+        yield absent, entry.name, None, "has no value in [chain] that could scatter"
+    for section, wall in walls.items():
+        for name, value in wall.own_damping.items():
             law = next(law for law, parameter in DAMPING.items() if parameter == name)
             allowed = f'needs [contact] damping = "{law}", whose {name} is that of other contacts'
-            is_law = contact is not None and contact.damping == law
-            require(is_law, f"{section}.{name}", value, allowed)
+            differs = contact is None or contact.damping != law
+            yield differs, f"{section}.{name}", value, allowed
+
     allowed = f"leave it out: granule 1 is the {shock.noun}, and nothing stands behind it"
-    stands = scene.near_wall is None or shock.impact_velocity is None
-    require(stands, "near_wall", None, allowed)
-    allowed = f"must be at most {chain.granules}, the granules of the chain"
-    require(shock.granule <= chain.granules, "shock.granule", shock.granule, allowed)
-    force = 0.0 if pressed is None else pressed.force
-    loads = force > 0 and scene.near_wall is None
-    fixed = _refuse_fixed(chain, shock, walls, shock.loaded_granule if loads else None)
-    if isinstance(shock, Moving | Striker):
-        _refuse_no_meeting(chain, shock, walls)
-    shock.check_load(0.0 if fixed[: shock.granule].any() else force)
-    loaded = isinstance(shock, Striker) and shock.loaded
-    allowed = "needs [precompression]: leave it out for a striker in a chain without a static load"
-    require(pressed is not None or not loaded, "striker.loaded", None, allowed)
-    if pressed is None:
-        return
-    if scene.wall is None and pressed.gravity and not fixed[-1]:
-        allowed = "needs a [wall], or a fixed last granule, which carries the weight of the chain"
-        raise SceneError("precompression.gravity", pressed.gravity, allowed)
-    closed = "must be 0 with [precompression], which presses all contacts from the start"
-    require(not isinstance(chain.gap, tuple) and chain.gap == 0, "chain.gap", None, closed)
-    for section, wall in walls.items():
-        require(wall is None or wall.gap == 0, f"{section}.gap", wall and wall.gap, closed)
-
-
-def _refuse_lonely(scene: Any) -> None:
-    """Raise a SceneError for a single granule without a wall, or that needs granule 2."""
-    if scene.chain.granules > 1:
-        return
-    has_wall = scene.wall is not None or scene.near_wall is not None
-    allowed = "must be at least 2 without a wall: a single granule needs [wall] or [near_wall]"
-    require(has_wall, "chain.granules", 1, allowed)
-    behind = scene.shock.is_driven or (scene.precompression and scene.shock.loaded_granule > 0)
-    allowed = f"must be at least 2: the {scene.shock.noun} is granule 1, and granule 2 is pressed"
-    require(not behind, "chain.granules", 1, allowed)
-
-
-def _refuse_measured(scene: Any) -> None:
-    """Raise a SceneError for a material that measured properties do not have, and for no wall."""
-    chain, is_measured = scene.chain, scene.chain.stiffness is not None
-    for name, value in scene.shock.material.items() if chain.is_measured else ():
-        allowed = "leave it out: [chain] or its first segment describes a measured granule 1"
-        raise SceneError(f"striker.{name}", value, allowed)
-    parts = {"chain": chain, "wall": scene.wall, "near_wall": scene.near_wall}
-    for section, part in parts.items() if scene.measures_contacts else ():
-        strength = None if part is None else part.yield_strength
-        allowed = "needs the pressure, which no measured stiffness tells: leave it out"
-        require(strength is None, f"{section}.yield_strength", strength, allowed)
-    for section in ("wall", "near_wall"):
-        wall = getattr(scene, section)
-        if wall is None:
-            continue
-        allowed = "needs the granule's material, which chain.stiffness replaces: give stiffness"
-        require(wall.kind is None or not is_measured, f"{section}.kind", wall.kind, allowed)
-        allowed = f"missing, must be one of {', '.join(WALLS)}; or give stiffness"
-        has_stiffness = wall.stiffness is not None or (is_measured and section == "near_wall")
-        require(wall.kind is not None or has_stiffness, f"{section}.kind", None, allowed)
-
-
-def _refuse_fixed(
-    chain: Chain, shock: Shock, walls: dict[str, Wall | None], loaded: int | None
-) -> FloatArray:
-    """Return which granules are fixed.
-
-    Raises a SceneError for fixed ones that move, are pushed, or touch nothing that moves.
-    ``loaded`` is the granule that a static load pushes, counted from 0.
-    """
-    fixed = np.broadcast_to(chain.fixed, chain.granules)
-    velocity = np.broadcast_to(chain.velocity, chain.granules)
-    held = np.append(fixed, walls["wall"] is not None)
-    pushed = None if isinstance(shock, Moving) else shock.granule - 1
+    yield "near_wall" in walls and shock.impact_velocity is not None, "near_wall", None, allowed
+    allowed = f"must be at most {granules}, the granules of the chain"
+    yield shock.granule > granules, "shock.granule", shock.granule, allowed
+    fixed = np.broadcast_to(chain.fixed, granules)
+    held, velocity = np.append(fixed, "wall" in walls), np.broadcast_to(chain.velocity, granules)
     for k in np.flatnonzero(fixed).tolist():
-        for wrong, allowed in (
-            (k == 0 and walls["near_wall"], "is next to the near wall: free it"),
+        is_pushed = k == shock.granule - 1 and not isinstance(shock, Moving)
+        is_loaded = k == shock.loaded_granule and force > 0 and "near_wall" not in walls
+        for applies, allowed in (
+            (k == 0 and "near_wall" in walls, "is next to the near wall: free it"),
             (held[k + 1], "is next to what does not move either: free one of them"),
             (velocity[k] != 0, "has a velocity at the start: leave out one of both"),
-            (k == pushed, f"must not be fixed: the {shock.noun} moves it"),
-            (k == loaded, "must not be fixed: the static load presses it"),
+            (is_pushed, f"must not be fixed: the {shock.noun} moves it"),
+            (is_loaded, "must not be fixed: the static load presses it"),
         ):
-            require(not wrong, f"fixed granule {k + 1}", None, allowed)
-    return fixed
+            yield applies, f"fixed granule {k + 1}", None, allowed
+    yield from _no_collisions(chain, shock, walls)
+    load = 0.0 if fixed[: shock.granule].any() else force
+    allowed = (
+        f"must be at most the static load, [precompression] force = {load:g} N: an actuator"
+        " pushes its granule, and cannot pull it"
+    )
+    amplitude = shock.amplitude if isinstance(shock, Sine) else 0.0
+    yield amplitude > load, "shock.amplitude", amplitude, allowed
+    is_loaded = isinstance(shock, Striker) and shock.loaded and pressed is None
+    allowed = "needs [precompression]: leave it out for a striker in a chain without a static load"
+    yield is_loaded, "striker.loaded", None, allowed
+
+    if pressed is not None:
+        carried = not pressed.gravity or "wall" in walls or fixed[-1]
+        allowed = "needs a [wall], or a fixed last granule, which carries the weight of the chain"
+        yield not carried, "precompression.gravity", pressed.gravity, allowed
+        allowed = "must be 0 with [precompression], which presses all contacts from the start"
+        yield chain.gap != 0, "chain.gap", None, allowed
+        for section, wall in walls.items():
+            yield wall.gap != 0, f"{section}.gap", wall.gap, allowed
+    allowed = f"must be at most {MOST_UNLIKE_GRANULES} in a scene with {', '.join(scene.terms)}"
+    too_many = not scene.is_plain and granules > MOST_UNLIKE_GRANULES
+    yield too_many, "chain.granules", granules, allowed
+    allowed = (
+        "its mass, contact time or duration is too large or too small to be represented; check"
+        " the units of chain and shock"
+    )
+    yield not _is_representable(scene), "scene", None, allowed
 
 
-def _refuse_no_meeting(
-    chain: Chain, shock: Moving | Striker, walls: dict[str, Wall | None]
-) -> None:
-    """Raise a SceneError if no granules collide because of their velocities at the start.
+def _no_collisions(
+    chain: Chain, shock: Shock, walls: Collection[str]
+) -> Iterator[tuple[bool, str, None, str]]:
+    """Yield reasons to refuse velocities at the start with which no granules collide.
 
     A load that would make them meet later is not enough: the first collision is the unit of force.
     """
+    if not isinstance(shock, Moving | Striker):
+        return
     along = chain.velocity if isinstance(chain.velocity, tuple) else (chain.velocity,) * 2
     allowed = (
         "missing section: give [shock], [striker] or a velocity of granules, in [chain],"
         " [[chain.segments]] or their table"
     )
-    require(isinstance(shock, Striker) or any(along), "[shock]", None, allowed)
+    yield isinstance(shock, Moving) and not any(along), "[shock]", None, allowed
     if isinstance(shock, Striker):
         along = (shock.velocity, *along[1:])
-    along = (*([0.0] if walls["near_wall"] else ()), *along, *([0.0] if walls["wall"] else ()))
-    meet = any(behind > ahead for behind, ahead in pairwise(along))
+    along = (*[0.0] * ("near_wall" in walls), *along, *[0.0] * ("wall" in walls))
     allowed = (
         "with these no granule meets another or a wall, which some must do, also under a load:"
         " a positive velocity is towards the far end"
     )
-    require(meet, "velocities at the start", None, allowed)
+    never = not any(behind > ahead for behind, ahead in pairwise(along))
+    yield never, "velocities at the start", None, allowed
 
 
 def _are_normal(*values: Quantity) -> bool:
@@ -206,21 +204,23 @@ def _is_representable(scene: Any) -> bool:
     Infinite masses, of a piston and of fixed granules, are allowed. Every divisor is checked before
     it is used.
     """
-    force, spheres = scene.peak_force, scene.chain if scene.is_plain else scene.granules
-    if scene.is_plain:
-        masses, stiffness = [spheres.granule_mass], spheres.contact_stiffness
-    else:
-        masses = [spheres.mass[np.isfinite(spheres.mass)], spheres.contact_mass]
-        stiffness = spheres.stiffness
-    of_spheres = (spheres.radius**3, *masses, spheres.young_modulus / 3, stiffness, force)
-    if not _are_normal(*of_spheres) or not _are_normal(force / stiffness):
-        return False
-    mass, units = scene.first_contact[1], scene.units
-    of_units = (units.length, mass * units.length, units.time**2, units.velocity)
-    if not _are_normal(*of_units, units.momentum, units.energy):
-        return False
-    times = [ramp.end for ramp in scene.ramps[:1]]
-    return _are_normal(scene.momentum_ratio, *times, scene.end_time)
+    with np.errstate(all="ignore"), suppress(OverflowError, ZeroDivisionError):
+        force, spheres = scene.peak_force, scene.chain if scene.is_plain else scene.granules
+        if scene.is_plain:
+            masses, stiffness = [spheres.granule_mass], spheres.contact_stiffness
+        else:
+            masses = [spheres.mass[np.isfinite(spheres.mass)], spheres.contact_mass]
+            stiffness = spheres.stiffness
+        of_spheres = (spheres.radius**3, *masses, spheres.young_modulus / 3, stiffness, force)
+        if not _are_normal(*of_spheres) or not _are_normal(force / stiffness):
+            return False
+        mass, units = scene.first_contact[1], scene.units
+        of_units = (units.length, mass * units.length, units.time**2, units.velocity)
+        if not _are_normal(*of_units, units.momentum, units.energy):
+            return False
+        times = [ramp.end for ramp in scene.ramps[:1]]
+        return _are_normal(scene.momentum_ratio, *times, scene.end_time)
+    return False
 
 
 @dataclass(frozen=True, repr=False)
@@ -263,20 +263,8 @@ class Scene(Shown):
     near_wall: Wall | None = None
 
     def __post_init__(self) -> None:
-        _refuse_impossible(self)
-        allowed = f"must be at most {MOST_UNLIKE_GRANULES} in a scene with {', '.join(self.terms)}"
-        possible = self.is_plain or self.chain.granules <= MOST_UNLIKE_GRANULES
-        require(possible, "chain.granules", self.chain.granules, allowed)
-        allowed = (
-            "its mass, contact time or duration is too large or too small to be"
-            " represented; check the units of chain and shock"
-        )
-        try:
-            with np.errstate(all="ignore"):
-                representable = _is_representable(self)
-        except (OverflowError, ZeroDivisionError):
-            representable = False
-        require(representable, "scene", None, allowed)
+        for applies, key, value, allowed in _refusals(self):
+            require(not applies, key, value, allowed)
 
     @classmethod
     def from_toml(cls, path: Path | str) -> Scene:
@@ -631,8 +619,9 @@ class Scene(Shown):
 
     def applied_force(self, time: FloatArray) -> FloatArray:
         """F(t) [N] at any times [s], also before and after the pulse; shape of ``time``."""
-        if self.shock.rows:  # fast also for many rows
-            return self.shock.by_formula(time)
+        shock = self.shock
+        if isinstance(shock, PulseTable):  # fast also for many rows
+            return np.interp(time, shock.time, shock.force, left=0.0, right=0.0)
         force = np.zeros_like(time, np.float64)
         for ramp in self.ramps:
             inside = (time >= ramp.start) & (time < ramp.end)
@@ -641,9 +630,7 @@ class Scene(Shown):
 
     def schedule(self, dt: Positive) -> tuple[Leg, ...]:
         """Return a run's steps of at most ``dt`` [s]; steps end at the shock's corners."""
-        if strokes := self.shock.strokes:
-            return lay_strokes(strokes, self.end_time, dt)
-        return lay_steps(self.ramps, self.end_time, dt)
+        return lay_steps(self.ramps, self.end_time, dt, self.shock.strokes)
 
 
 SceneLike = Scene | str | os.PathLike[str]
@@ -655,37 +642,19 @@ def to_scene(given: SceneLike) -> Scene:
     return given if isinstance(given, Scene) else Scene.from_toml(os.fspath(given))
 
 
-_LEAST_UNCERTAINTY = 1e-9
-"""Least usual standard deviation over the value (chosen): a fit to simulated forces gives 1e-7."""
-
-
 def unusual_values(scene: Scene) -> list[str]:
-    """Return values that may have a wrong unit, each with its key and the usual range.
-
-    Zero is never returned.
-    """
+    """Return values that may have a wrong unit, each with its key and the usual range."""
     parts: dict[str, Any] = {"chain": scene.chain, scene.shock.section: scene.shock}
     parts |= {name: getattr(scene, name) for name in OTHERS}
-    remarks = [
-        remark
+    values = {
+        f"{name}.{key}": getattr(part, key)
         for name, part in parts.items()
         if part is not None
         for key in keys_of(type(part))
-        if (remark := unusual(f"{name}.{key}", getattr(part, key))) is not None
-    ]
+    }
     if scene.shock.rows and scene.ramps:  # the forces of a table are not keys
-        remarks += filter(None, [unusual("shock.peak_force", scene.peak_force)])
-    for uncertain in scene.uncertain:
-        section, _, key = uncertain.key.partition(".")
-        value = np.max(np.abs(np.asarray(getattr(parts.get(section), key, 0.0), np.float64)))
-        if not uncertain.relative and uncertain.size < _LEAST_UNCERTAINTY * value:
-            scene_key = key_named(uncertain.key)
-            unit = f" {scene_key.unit}" if scene_key is not None and scene_key.unit else ""
-            remarks.append(
-                f"{uncertain.name} by {uncertain.size:g}{unit} ({uncertain.size / value:.1g} of"
-                f" {value:g}{unit})"
-            )
-    return remarks
+        values["shock.peak_force"] = scene.peak_force
+    return [*filter(None, itertools.starmap(unusual, values.items()))]
 
 
 def unusual(name: str, values: Any) -> str | None:
@@ -714,12 +683,6 @@ and corrections to the law are of the order of the overlap over the radius."""
 IMPOSSIBLE_OVERLAP = 1.0
 """Overlap over radius above which results are meaningless."""
 
-_LEAST_PEAK_OVER_SCALE = 0.43
-"""Fraction of the force scale that every largest peak exceeds. The smallest one measured is 0.454,
-for two granules under a triangular pulse of LM_ratio 1.97 and n 1.001; two granules pushed slowly
-have 0.5.
-"""
-
 
 def overlap_ratio(chain: Chain, peak_force: float) -> float:
     """Overlap of a contact under a force [N], over the radius R (Eq. 1 solved for the overlap)."""
@@ -737,15 +700,6 @@ def largest_overlap_ratio(scene: Scene, peak_force: FloatArray) -> float:
     smaller = np.append(np.minimum(granules.radius[:-1], granules.radius[1:]), granules.radius[-1])
     overlap = hertz.overlap_of(granules.stiffness, peak_force)
     return float(np.max(overlap / smaller[: overlap.size]))
-
-
-def refuse_hopeless_overlap(scene: Scene) -> None:
-    """Raise OverlapTooLarge, before a run, for a pulse or load certain to exceed the limit."""
-    if scene.is_plain and scene.pulse is not None and scene.run.end_time is None:
-        force = _LEAST_PEAK_OVER_SCALE * force_scale(scene.momentum_ratio) * scene.peak_force
-        refuse_deep_overlap(overlap_ratio(scene.chain, force))
-    if scene.precompression is not None:
-        refuse_deep_overlap(largest_overlap_ratio(scene, scene.granules.static_force))
 
 
 def refuse_deep_overlap(ratio: float, where: str = "") -> None:

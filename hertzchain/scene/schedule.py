@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -12,8 +12,12 @@ import numpy as np
 from hertzchain.arrays import FloatArray, Quantity
 from hertzchain.contact import hertz
 from hertzchain.errors import TooExpensive
-from hertzchain.scene.chain import MOMENTUM_IN_NATURAL_UNITS, NaturalUnits, length_and_time
-from hertzchain.scene.granules import Granules
+from hertzchain.scene.chain import (
+    MOMENTUM_IN_NATURAL_UNITS,
+    Granules,
+    NaturalUnits,
+    length_and_time,
+)
 from hertzchain.scene.keys import check, optional
 from hertzchain.scene.shocks import Piston, Ramp, Stroke
 
@@ -68,7 +72,7 @@ class Leg:
 
     def in_steps(self, steps: int) -> Leg:
         """The same leg in another number of steps."""
-        return Leg(self.start, self.end, steps, self.ramp, self.stroke)
+        return replace(self, steps=steps)
 
     def in_units(self, time: float, force: float, length: float = 1.0) -> Leg:
         """The same leg with time, force and length measured in other units [s, N, m]."""
@@ -87,33 +91,30 @@ class Leg:
         return Leg(self.start / time, self.end / time, self.steps, ramp, stroke)
 
 
-def lay_steps(ramps: Sequence[Ramp], end_time: float, dt: float) -> tuple[Leg, ...]:
-    """Cut the time from 0 to ``end_time`` [s] at the corners, each piece into equal steps.
+def lay_steps(
+    ramps: Sequence[Ramp], end_time: float, dt: float, strokes: Sequence[Stroke] = ()
+) -> tuple[Leg, ...]:
+    """Cut the time from 0 to ``end_time`` [s] at corners and strokes, each piece into equal steps.
 
     A piece has ceil(length / dt) steps. The ramps follow one another and may continue beyond the
-    end. Raises TooExpensive if there would be more steps than any run can take.
+    end; strokes of a piston take their place. Raises TooExpensive if there would be more steps than
+    any run can take.
     """
     first, last = (ramps[0].start, ramps[-1].end) if ramps else (end_time, end_time)
-    pieces = ((ramp.start, ramp.end, ramp, None) for ramp in ramps)
-    ends = (0.0, first, None, None), (last, end_time, None, None)
-    return _legs([ends[0], *pieces, ends[1]], end_time, dt)
-
-
-def lay_strokes(strokes: Sequence[Stroke], end_time: float, dt: float) -> tuple[Leg, ...]:
-    """Cut the time from 0 to ``end_time`` [s] at a piston's strokes, as ``lay_steps`` does."""
-    ends = [*(stroke.start for stroke in strokes[1:]), end_time]
-    pieces = [(stroke.start, end, None, stroke) for stroke, end in zip(strokes, ends, strict=True)]
-    return _legs(pieces, end_time, dt)
-
-
-def _legs(
-    pieces: Sequence[tuple[float, float, Ramp | None, Stroke | None]], end_time: float, dt: float
-) -> tuple[Leg, ...]:
-    """Cut the pieces before ``end_time`` [s] into steps."""
-    before = [piece for piece in pieces if piece[0] < min(piece[1], end_time)]
+    pieces: list[tuple[float, float, Ramp | None, Stroke | None]] = [
+        (0.0, first, None, None),
+        *((ramp.start, ramp.end, ramp, None) for ramp in ramps),
+        (last, end_time, None, None),
+    ]
+    if strokes:
+        ends = [*(stroke.start for stroke in strokes[1:]), end_time]
+        pieces = [
+            (stroke.start, end, None, stroke) for stroke, end in zip(strokes, ends, strict=True)
+        ]
     return tuple(
         Leg(start, min(end, end_time), _steps(start, min(end, end_time), dt), ramp, stroke)
-        for start, end, ramp, stroke in before
+        for start, end, ramp, stroke in pieces
+        if start < min(end, end_time)
     )
 
 

@@ -5,45 +5,29 @@ from __future__ import annotations
 import itertools
 import math
 import re
-from abc import ABC, abstractmethod
-from collections.abc import Callable, Collection, Mapping, Sequence
+from abc import ABC
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from pathlib import Path
-from typing import Annotated, Any, ClassVar, Literal, Self, TypeVar, cast
+from typing import Annotated, Any, ClassVar, Literal, Self, cast
 
 import numpy as np
 
-from hertzchain.arrays import FloatArray, Quantity
+from hertzchain.arrays import Quantity
 from hertzchain.errors import SceneError, is_finite, require, require_one
-from hertzchain.files import read_rows
 from hertzchain.scene.chain import MATERIAL, Chain, short_repr
 from hertzchain.scene.keys import Key, Positive, alike, check, key, keys_of, optional
 
 
 @dataclass(frozen=True)
 class Shape:
-    """Shape of a ramp: how the force grows from 0 to 1 while s, the fraction of the ramp, does.
+    """Shape of a ramp: how the force grows from 0 to 1 while s, the fraction of the ramp, does."""
 
-    Parameters
-    ----------
-    growth, rate
-        The growth and its derivative at s, a number or an array.
-    area
-        The integral from 0 to 1.
-    formula
-        The growth in Python's words, {} for s, which is a quotient without brackets in decks.
-    code
-        Number of the formula in compiled loops, 1 linear and 2 cosine; None where they have none.
-    part
-        Where this shape starts and ends on the ramp of that formula.
-    """
-
-    growth: Callable[[Any], Any]
-    rate: Callable[[Any], Any]
-    area: float
-    formula: str
-    code: int | None = None
-    part: tuple[float, float] = (0.0, 1.0)
+    growth: Callable[[Any], Any]  # at s, a number or an array
+    rate: Callable[[Any], Any]  # derivative of the growth at s
+    area: float  # integral from 0 to 1
+    formula: str  # the growth in Python's words, {} for s, which is a quotient without brackets
+    code: int | None = None  # of the formula in compiled loops, 1 linear, 2 cosine; None: has none
+    part: tuple[float, float] = (0.0, 1.0)  # where the shape lies on the ramp of that formula
 
     @property
     def is_curved(self) -> bool:
@@ -149,21 +133,11 @@ class Ramp:
 
 @dataclass(frozen=True)
 class Stroke:
-    """A stroke: the piston moves at one velocity until its next stroke begins.
+    """A stroke: the piston moves at one velocity until its next stroke begins."""
 
-    Parameters
-    ----------
-    start
-        Time at which the stroke begins [s].
-    displacement
-        Displacement of the piston at that time [m].
-    velocity
-        Velocity from then on [m/s].
-    """
-
-    start: float
-    displacement: float
-    velocity: float
+    start: float  # [s]
+    displacement: float  # at that time [m]
+    velocity: float  # from then on [m/s]
 
     def displacement_at(self, time: float) -> float:
         """Displacement at a time of the stroke [m]."""
@@ -176,8 +150,7 @@ SPEED = Key("m/s", above=0, usual=(1e-5, 1e3))
 """Keys that several shocks have: largest force, granule on which it acts, velocity."""
 
 
-def counted(granules: int) -> str:
-    """Return words for a number of granules."""
+def _counted(granules: int) -> str:
     return "1 granule" if granules == 1 else f"{granules} granules"
 
 
@@ -198,7 +171,7 @@ class Shock(ABC):
     noun: ClassVar[str]
     """Words for the shock in a sentence."""
     words: ClassVar[str]
-    """Words of ``in_words``: a format of shock, ratio (LM_ratio), granules and rows."""
+    """Words of ``in_words``: a format of shock, ratio (LM_ratio), granules, others and rows."""
     section: ClassVar[str] = "shock"
     """Section in a scene file."""
     column: ClassVar[tuple[str, str] | None] = None
@@ -207,6 +180,12 @@ class Shock(ABC):
     """Whether granule 1 moves as prescribed, so that no force changes its motion."""
     least_ratio: ClassVar[float] = 0.0
     """Least LM_ratio that the default end of a run counts with."""
+
+    def __post_init__(self) -> None:
+        check(self)
+
+    def __repr__(self) -> str:
+        return short_repr(self)
 
     @property
     def loaded_granule(self) -> int:
@@ -221,7 +200,7 @@ class Shock(ABC):
     @property
     def profile_name(self) -> str:
         """The name in ``profile`` of a scene file."""
-        return self.profiles[0]
+        return str(getattr(self, "profile", self.profiles[0]))
 
     @property
     def rows(self) -> tuple[tuple[float, float], ...]:
@@ -251,61 +230,51 @@ class Shock(ABC):
         """Properties of granule 1 that differ from the chain's, by their names in ``Chain``."""
         return {}
 
-    def ramps(self) -> tuple[Ramp, ...]:
-        """The force as ramps."""
-        return ()
-
-    def by_formula(self, time: FloatArray) -> FloatArray:
-        """The force at any times from 0 on [N], by a formula that is independent of the ramps."""
-        return np.zeros_like(time, np.float64)
-
     @property
     def compared_impulse(self) -> float | None:
         """The impulse in its LM_ratio [N s]; None for the whole impulse."""
         return None
 
-    def check_load(self, load: float) -> None:  # noqa: B027 - for most shocks any load will do
-        """Raise a SceneError if a static load [N] on granule 1 is too small."""
+    def ramps(self) -> tuple[Ramp, ...]:
+        """The force as ramps."""
+        return ()
 
-    def stretched(self, time: Positive, length: Positive, modulus: Positive) -> Self:
-        """The shock of a similar scene with the same forces; a radius stays, too.
+    def stretched(
+        self,
+        time: Positive = 1.0,
+        length: Positive = 1.0,
+        modulus: Positive = 1.0,
+        force: Positive = 1.0,
+    ) -> Self:
+        """The shock of a similar scene; a radius stays.
 
-        Arguments are the ratios of its times, lengths and Young's moduli to the true ones.
+        Arguments are the ratios of its times, lengths, Young's moduli and forces to the true ones.
         """
-        factors = {"s": time, "Hz": 1 / time, "m/s": length / time, "Pa": modulus}
-        given = {name: (getattr(self, name), key.unit) for name, key in keys_of(type(self)).items()}
+        factors = {"s": time, "Hz": 1 / time, "m/s": length / time, "Pa": modulus, "N": force}
+        values = {
+            name: (getattr(self, name), key.unit) for name, key in keys_of(type(self)).items()
+        }
         changed: dict[str, Any] = {
             name: factors[unit] * value
-            for name, (value, unit) in given.items()
+            for name, (value, unit) in values.items()
             if unit in factors and value is not None
         }
         if self.column is not None and (rows := self.rows):
+            factor = length if self.is_driven else force
             changed["time"] = tuple(time * start for start, _ in rows)
-            if self.is_driven:
-                changed[self.column[0]] = tuple(length * place for _, place in rows)
+            changed[self.column[0]] = tuple(factor * value for _, value in rows)
         return replace(self, **changed)
-
-    def stronger(self, factor: Positive) -> Self:
-        """The shock with another force; called only in scenes without loads."""
-        shock: Any = self
-        stronger: Self = replace(shock, peak_force=factor * shock.peak_force)
-        return stronger
 
     def in_words(self, granules: int, momentum_ratio: float) -> str:
         """One line that describes the shock of a scene, with the number of granules."""
-        on, rows = counted(granules), len(self.rows)
-        return self.words.format(shock=self, ratio=momentum_ratio, granules=on, rows=rows)
+        others = f" on {_counted(granules - 1)}" if granules > 1 else ""
+        return self.words.format(
+            shock=self, ratio=momentum_ratio, granules=_counted(granules), others=others,
+            rows=len(self.rows),
+        )  # fmt: skip
 
 
-_Kind = TypeVar("_Kind", bound=Shock)
-
-_LARGEST_TABLE_BYTES = 5_000_000
-"""Largest size of a table of a shock [bytes], chosen: about 200,000 rows, read in a second and run
-in a minute.
-"""
-
-
-def check_table(shock: Any, least: float | None = None) -> None:
+def _check_table(shock: Any, least: float | None = None) -> None:
     """Check the table of a shock, and make its numbers Python's own.
 
     A SceneError names the row of a time that is not above the one before it, or of a value that is
@@ -326,74 +295,12 @@ def check_table(shock: Any, least: float | None = None) -> None:
         is_later = is_finite(time) and (time > times[row - 2] if row > 1 else time >= 0)
         require(is_later, f"time_s in row {row}", time, f"must be a finite number {bound} [s]")
         possible.check(f"{column} in row {row}", value)
-    for name, given in (("time", times), (field, values)):
-        object.__setattr__(shock, name, tuple(map(float, given)))
+    for name, column_values in (("time", times), (field, values)):
+        object.__setattr__(shock, name, tuple(map(float, column_values)))
 
 
-Rows = Annotated[tuple[float, ...], check_table]
-"""A column of the table of a shock, which ``check_table`` checks row by row."""
-
-
-def columns_of(shock: Shock) -> dict[str, Sequence[float]]:
-    """Return the columns of a shock's table by name; empty if it has no table."""
-    if shock.column is None or not shock.rows:
-        return {}
-    time, values = zip(*shock.rows, strict=True)
-    return {"time_s": time, shock.column[1]: values}
-
-
-def text_of(columns: Mapping[str, Sequence[float]]) -> str:
-    """Return the text of a CSV file with these columns; truth values are written as 0 or 1."""
-    rows = (",".join(repr(+value) for value in row) for row in zip(*columns.values(), strict=True))
-    return "\n".join([",".join(columns), *rows]) + "\n"
-
-
-def read_columns(
-    path: Path,
-    key: str,
-    name: str | None,
-    most: int,
-    names: Collection[str],
-    optional: Collection[str] = (),
-) -> dict[str, tuple[float, ...]]:
-    """Return the columns of a CSV file of numbers, of at most ``most`` bytes, by their names.
-
-    A SceneError says what is wrong; ``key`` and ``name`` are those of the file in a scene file.
-    """
-    try:
-        header, rows = read_rows(path, most)
-    except ValueError as problem:
-        allowed = f"cannot be read ({problem}); must be a CSV file"
-        raise SceneError(key, name, allowed, None if name else path) from None
-    required = [column for column in names if column not in optional]
-    allowed = f"must be {','.join(required)}"
-    allowed += f", and perhaps {', '.join(optional)}" if optional else ""
-    for column in (column for column in header if column not in names):
-        raise SceneError("column", column, f"is unknown: the first line {allowed}", path)
-    if sorted(header) != sorted({*header, *required}):
-        raise SceneError("first line", ",".join(header), allowed, path)
-    values = []
-    for number, row in enumerate(rows, start=1):
-        try:
-            values.append([float(cell) for cell in row])
-        except ValueError:
-            values.append([])
-        if len(values[-1]) != len(header):
-            allowed = f"must be {len(header)} numbers, {','.join(header)}"
-            raise SceneError(f"row {number}", ",".join(row), allowed, path)
-    return {column: tuple(row[k] for row in values) for k, column in enumerate(header)}
-
-
-def read_table(kind: type[_Kind], path: Path, name: str | None = None) -> _Kind:
-    """Read a shock from a CSV file with the header ``time_s`` and the column of its values."""
-    assert kind.column is not None
-    field, column = kind.column
-    columns = read_columns(path, "shock.file", name, _LARGEST_TABLE_BYTES, ("time_s", column))
-    given: dict[str, Any] = {"time": columns["time_s"], field: columns[column]}
-    try:
-        return kind(**given, file=name or str(path))  # type: ignore[call-arg]
-    except SceneError as problem:
-        raise problem.in_file(path) from None
+Rows = Annotated[tuple[float, ...], _check_table]
+"""A column of the table of a shock, which ``_check_table`` checks row by row."""
 
 
 @dataclass(frozen=True)
@@ -428,6 +335,7 @@ class Piston(Shock):
 
     profiles = ("piston",)
     noun = "piston"
+    words = "piston {shock.motion}{others}"
     column = ("displacement", "displacement_m")
     is_driven = True
 
@@ -438,16 +346,13 @@ class Piston(Shock):
     displacement: Rows | None = None
     file: str | None = field(default=None, compare=False)
 
-    def __repr__(self) -> str:
-        return short_repr(self)
-
     def __post_init__(self) -> None:
         table = self.displacement if self.time is None else self.time
         require_one(velocity=self.velocity, file=table)
         if self.velocity is not None:
             check(self)
             return
-        check_table(self)
+        _check_table(self)
         displacement = self.displacement or ()
         allowed = "must be 0: displacements count from where the piston rests"
         require(displacement[0] == 0, "displacement_m in row 1", displacement[0], allowed)
@@ -457,6 +362,13 @@ class Piston(Shock):
             allowed = "is reached in a time too short to be represented as a velocity"
             key = f"displacement_m in row {row + 1}"
             require(is_finite(stroke.velocity), key, None, allowed)
+
+    @property
+    def motion(self) -> str:
+        """Words for the motion."""
+        if self.velocity is not None:
+            return f"at {self.velocity:.6g} m/s"
+        return f"table of {len(self.rows)} rows, up to {self.impact_velocity:.6g} m/s,"
 
     @property
     def strokes(self) -> tuple[Stroke, ...]:
@@ -487,13 +399,6 @@ class Piston(Shock):
     def start_velocity(self) -> float:
         """Velocity at the start [m/s]."""
         return self.strokes[0].velocity
-
-    def in_words(self, granules: int, momentum_ratio: float) -> str:
-        """One line that describes the piston, with the number of granules that it pushes."""
-        how = f"table of {len(self.rows)} rows, up to {self.impact_velocity:.6g} m/s,"
-        if self.velocity is not None:
-            how = f"at {self.velocity:.6g} m/s"
-        return f"piston {how} on {counted(granules - 1)}"
 
 
 Profile = Literal["cosine", "triangular", "cosine-triangular"]
@@ -544,13 +449,8 @@ class Pulse(Shock):
     granule: int = field(default=1, metadata=GRANULE)
 
     def __post_init__(self) -> None:
-        check(self)
+        super().__post_init__()
         require_one(momentum_ratio=self.momentum_ratio, rise_time=self.rise_time)
-
-    @property
-    def profile_name(self) -> str:
-        """The name in ``profile`` of a scene file."""
-        return self.profile
 
     def ramps(self, rise_time: float | None = None) -> tuple[Ramp, Ramp]:
         """Rise and decay for a rise time t0 [s] (Eq. 2 with Table 1)."""
@@ -592,12 +492,9 @@ class PulseTable(Shock):
     granule: int = field(default=1, metadata=GRANULE)
 
     def __post_init__(self) -> None:
-        check(self)
-        check_table(self, least=0)
+        super().__post_init__()
+        _check_table(self, least=0)
         require(any(self.force), "force_N", None, "must be positive in at least one row")
-
-    def __repr__(self) -> str:
-        return short_repr(self)
 
     @property
     def peak_force(self) -> float:
@@ -609,14 +506,6 @@ class PulseTable(Shock):
         return tuple(
             Ramp(t0, t1, f0, f1, "linear") for (t0, f0), (t1, f1) in itertools.pairwise(self.rows)
         )
-
-    def by_formula(self, time: FloatArray) -> FloatArray:
-        """The force at any times [N]."""
-        return np.interp(time, self.time, self.force, left=0.0, right=0.0)
-
-    def stronger(self, factor: Positive) -> PulseTable:
-        """The table with another force, at the same times."""
-        return replace(self, force=tuple(factor * value for value in self.force))
 
 
 _QUARTERS = (
@@ -673,9 +562,6 @@ class Sine(Shock):
     cycles: int = field(metadata=key("", "cycles", least=1, most=50_000, kind="int"))
     granule: int = field(default=1, metadata=GRANULE)
 
-    def __post_init__(self) -> None:
-        check(self)
-
     @property
     def peak_force(self) -> float:
         """The largest force [N], without the static load."""
@@ -686,27 +572,14 @@ class Sine(Shock):
         corners = [quarter / (4 * self.frequency) for quarter in range(4 * self.cycles + 1)]
         return _sine(corners, self.amplitude)
 
-    def by_formula(self, time: FloatArray) -> FloatArray:
-        """The force at any times from 0 on [N]."""
-        force = self.amplitude * np.sin(2 * math.pi * self.frequency * time)
-        return np.where(time < self.cycles / self.frequency, force, 0.0)
-
     @property
     def compared_impulse(self) -> float:
         """Integral of the force over the first half of a cycle [N s]; 0 over a whole cycle."""
         return self.amplitude / (math.pi * self.frequency)
 
-    def check_load(self, load: float) -> None:
-        """Refuse an amplitude above the static load [N]."""
-        allowed = (
-            f"must be at most the static load, [precompression] force = {load:g} N: an actuator"
-            " pushes its granule, and cannot pull it"
-        )
-        require(self.amplitude <= load, "shock.amplitude", self.amplitude, allowed)
-
 
 @dataclass(frozen=True)
-class LabPulse(Shock):
+class LabPulse(Shock, ABC):
     """A pulse of shock tests, by its largest force and its whole duration, in SI units.
 
     The shapes are those of IEC 60068-2-27 and MIL-STD-810, method 516.
@@ -727,17 +600,6 @@ class LabPulse(Shock):
     duration: float = field(metadata=key("s", "duration of the pulse", above=0))
     granule: int = field(default=1, kw_only=True, metadata=GRANULE)
 
-    def __post_init__(self) -> None:
-        check(self)
-
-    def by_formula(self, time: FloatArray) -> FloatArray:
-        """The force at any times from 0 on [N]."""
-        return np.where(time < self.duration, self.peak_force * self._growth(time), 0.0)
-
-    @abstractmethod
-    def _growth(self, time: FloatArray) -> FloatArray:
-        """The force over the largest one at times of the pulse [s], by a formula."""
-
 
 @dataclass(frozen=True)
 class HalfSine(LabPulse):
@@ -750,9 +612,6 @@ class HalfSine(LabPulse):
         """Rise to the crest, and decay."""
         return _sine([0.0, self.duration / 2, self.duration], self.peak_force)
 
-    def _growth(self, time: FloatArray) -> FloatArray:
-        return np.asarray(np.sin(math.pi / self.duration * time))
-
 
 @dataclass(frozen=True)
 class Sawtooth(LabPulse):
@@ -764,9 +623,6 @@ class Sawtooth(LabPulse):
     def ramps(self) -> tuple[Ramp, ...]:
         """The rise, which ends in a jump to 0."""
         return (Ramp(0.0, self.duration, 0.0, self.peak_force, "linear"),)
-
-    def _growth(self, time: FloatArray) -> FloatArray:
-        return time / self.duration
 
 
 _SLACK = 1e-12
@@ -809,10 +665,6 @@ class Trapezoid(LabPulse):
         rise = Ramp(0.0, begin, 0.0, force, "linear")
         return (rise, *hold, Ramp(end, self.duration, force, 0.0, "linear"))
 
-    def _growth(self, time: FloatArray) -> FloatArray:
-        lower = np.minimum(time / self.rise_time, (self.duration - time) / self.fall_time)
-        return np.minimum(lower, 1.0)
-
 
 @dataclass(frozen=True)
 class Striker(Shock):
@@ -834,6 +686,7 @@ class Striker(Shock):
 
     profiles = ("striker",)
     noun = "striker"
+    words = "striker at {shock.velocity:.6g} m/s{others}"
     section = "striker"
 
     velocity: float = field(metadata={"key": replace(SPEED, label="velocity of the striker")})
@@ -842,9 +695,6 @@ class Striker(Shock):
     poisson_ratio: float | None = alike(Chain, "poisson_ratio", "Poisson's ratio of the striker")
     density: float | None = alike(Chain, "density", "density of the striker")
     loaded: bool = field(default=False, metadata=key(kind="bool"))
-
-    def __post_init__(self) -> None:
-        check(self)
 
     @property
     def impact_velocity(self) -> float:
@@ -866,8 +716,3 @@ class Striker(Shock):
         """Properties that differ from the chain's, by name."""
         material = {key: getattr(self, key) for key in MATERIAL}
         return {key: value for key, value in material.items() if value is not None}
-
-    def in_words(self, granules: int, momentum_ratio: float) -> str:
-        """One line that describes the striker, with the number of other granules."""
-        others = f" on {counted(granules - 1)}" if granules > 1 else ""
-        return f"striker at {self.velocity:.6g} m/s{others}"

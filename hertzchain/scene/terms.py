@@ -1,4 +1,4 @@
-"""Terms beyond a uniform free chain: walls, loads, damping; gauges; values that are uncertain."""
+"""Terms beyond a uniform free chain: walls, loads, damping; gauges; uncertain values; granules."""
 
 from __future__ import annotations
 
@@ -7,11 +7,23 @@ from dataclasses import dataclass, field, replace
 from typing import Any, Literal, get_args
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
+from hertzchain.contact import hertz
 from hertzchain.errors import SceneError, is_positive, require, require_one
-from hertzchain.scene.chain import MATERIAL, MEASURED, Chain
+from hertzchain.scene.chain import (
+    MATERIAL,
+    MEASURED,
+    Chain,
+    Granules,
+    contact_mass,
+    equal_modulus,
+    granule_mass,
+    together,
+)
 from hertzchain.scene.keys import alike, check, key, optional
+from hertzchain.scene.shocks import Shock
 
 ALL_TERMS = (
     "single granule", "unlike granules", "measured granules", "gaps", "striker", "piston",
@@ -177,6 +189,18 @@ class Wall:
             young_modulus, poisson_ratio = RIGID_MODULUS_RATIO * young_modulus, 0.0
         return {"young_modulus": young_modulus, "poisson_ratio": poisson_ratio}
 
+    def stiffness_to(self, radius: float, plane: float) -> float:
+        """A of a sphere on the wall [N m^(-3/2)]: R* is the radius, E* from plane moduli."""
+        if self.stiffness is not None:
+            return self.stiffness
+        reduced = plane  # a rigid wall does not deform
+        if self.kind == "same":
+            reduced = plane / 2
+        elif self.kind == "elastic":
+            other = hertz.plane_modulus(self.young_modulus, self.poisson_ratio)
+            reduced = plane * other / (plane + other)
+        return float(hertz.stiffness_of(radius, reduced))
+
     def damped(self, contact: Contact | None) -> Wall:
         """Return the wall with its own parameter of a law, or without one."""
         names: Any = dict.fromkeys(DAMPING.values())
@@ -327,3 +351,97 @@ class Uncertain:
         """The text of it in a scene file."""
         size = f"{100 * self.size:.15g} %" if self.relative else self.size
         return {"half_width": size} if self.uniform else size
+
+
+def granules_of(
+    chain: Chain,
+    shock: Shock | None,
+    wall: Wall | None,
+    pressed: Precompression | None,
+    contact: Contact | None,
+    near_wall: Wall | None = None,
+) -> Granules:
+    """Return the granules of a chain with its shock, walls, loads and damping."""
+    first = 0 if near_wall is None else 1  # place of granule 1
+
+    def each(values: Any) -> FloatArray:
+        return np.array(np.broadcast_to(values, chain.granules), np.float64)
+
+    values = {name: each(value) for name, value in _material(chain).items()}
+    length = None if chain.length is None else each(chain.length)
+    velocity, gap, is_fixed = each(chain.velocity), each(chain.gap)[1:], each(chain.fixed) > 0
+    if shock is not None:
+        for name, value in shock.material.items():
+            values[name][0] = value
+        if shock.impact_velocity is not None:
+            velocity[0] = shock.start_velocity
+    if near_wall is not None:
+        plate = {name: float(value[0]) for name, value in values.items()}
+        plate |= near_wall.material(plate["young_modulus"], plate["poisson_ratio"])
+        values = {name: np.append(plate[name], value) for name, value in values.items()}
+        velocity, gap = np.append(0.0, velocity), np.append(near_wall.gap, gap)
+        is_fixed = np.append(True, is_fixed)
+        length = None if length is None else np.append(length[0], length)
+    radius = values["radius"]
+    mass = np.asarray(granule_mass(radius, values["density"]), np.float64)
+    plane = hertz.plane_modulus(values["young_modulus"], values["poisson_ratio"])
+    stiffness = hertz.stiffness_of(together(radius), together(plane))
+    if chain.stiffness is not None:
+        stiffness = each(chain.stiffness)[1 - first :]
+    if near_wall is not None and (chain.stiffness is None or near_wall.stiffness is not None):
+        stiffness[0] = near_wall.stiffness_to(radius[1], plane[1])
+    if wall is not None:
+        stiffness = np.append(stiffness, wall.stiffness_to(radius[-1], plane[-1]))
+        gap = np.append(gap, wall.gap)
+    constant, static = np.zeros(radius.size), np.zeros(stiffness.size)
+    fixed = np.flatnonzero(is_fixed)
+    if pressed is not None:
+        loaded = 0 if shock is None else shock.loaded_granule
+        stops = fixed[first:]  # a near wall presses the chain
+        constant = pressed.gravity * mass
+        constant[:first] = 0.0
+        static = _static_forces(constant, pressed.force, loaded, stops)[: stiffness.size]
+        constant[loaded] += pressed.force
+        if wall is None and not stops.size:
+            constant[-1] -= pressed.force
+    mass[fixed], constant[fixed] = math.inf, 0.0
+    if shock is not None and shock.is_driven:  # at rest the same static load holds it
+        mass[0], constant[0] = math.inf, 0.0
+    damping = None
+    if contact is not None:
+        of_contacts = stiffness, contact_mass(mass, stiffness.size)
+        damping = contact.coefficients(*of_contacts)
+        for end_wall, k in (wall, -1), (near_wall, 0):
+            damping[k] = contact.at(end_wall).coefficients(*of_contacts)[k]
+    return Granules(
+        **values, mass=mass, velocity=velocity, stiffness=stiffness, gap=gap,
+        constant_force=constant, static_force=static, damping=damping,
+        is_fixed=is_fixed if fixed.size else False, has_near_wall=near_wall is not None,
+        length=length,
+    )  # fmt: skip
+
+
+def _material(chain: Chain) -> dict[str, Any]:
+    """Return the properties of granules by name, for measured ones those of equal spheres."""
+    properties: dict[str, Any] = {name: getattr(chain, name) for name in MATERIAL}
+    radius = np.asarray(chain.radius, np.float64)
+    if chain.stiffness is not None:
+        modulus = equal_modulus(np.asarray(chain.stiffness), radius)
+        properties |= {"young_modulus": modulus, "poisson_ratio": 0.0}
+    if chain.mass is not None:
+        properties["density"] = np.asarray(chain.mass) / granule_mass(radius, 1.0)
+    return properties
+
+
+def _static_forces(
+    weight: FloatArray, load: float, loaded: int, stops: NDArray[np.intp]
+) -> FloatArray:
+    """Return the static force ahead of each granule [N], (granules,), by weights and a load [N].
+
+    ``loaded`` is the place of the granule with the load, ``stops`` those of fixed granules.
+    """
+    static = np.zeros(weight.size)
+    for begin, end in zip([loaded, *(stops + 1)], [*stops, weight.size], strict=True):
+        static[begin:end] += load + np.cumsum(weight[begin:end])
+        load = 0.0  # a fixed granule takes the whole load
+    return static

@@ -48,20 +48,12 @@ class Column:
 
 _OF_KEYS = {name: Column(name, key.axis, key.kind) for name, key in KEYS.items() if key.label}
 
-_OF_UNLIKE = ("chain.gap", "chain.velocity", *(f"chain.{key}" for key in MEASURED))
-"""Keys of [chain] that no plain chain has."""
-
-PARAMETERS = tuple(
-    name
-    for name in _OF_KEYS
-    if (name.startswith("chain.") and name not in _OF_UNLIKE)
-    or name in (f"shock.{key}" for key in keys_of(Pulse) if key != "granule")
-    or name == "run.end_time"
-)
-"""Parameters of uniform free chains that can vary, by scene files."""
-
-TERMS = tuple(name for name in _OF_KEYS if name not in PARAMETERS)
-"""Further parameters, of scenes beyond a uniform chain."""
+PARAMETERS = {
+    *(f"chain.{key}" for key in ("granules", *MATERIAL)),
+    *(f"shock.{key}" for key in keys_of(Pulse) if key != "granule"),
+    "run.end_time",
+}
+"""Parameters of uniform free chains under a single pulse."""
 
 FIRST = ("first_peak_force_N", "arrival_time_s")
 """Columns of first pulses."""
@@ -158,16 +150,6 @@ _GAUGE_NAME = re.compile(rf"gauge_(\d+)_({'|'.join(_GAUGE)})")
 _BEGIN = (Column("scene", "number of the scene", "int"), Column("backend", "backend", "str"))
 _END = Column("failure", "", "str")
 
-ALL = (
-    *_BEGIN,
-    *(_OF_KEYS[name] for name in PARAMETERS),
-    *(column for column in FOUND_COLUMNS if column.of in ("", "waves")),
-    _END,
-)
-"""Columns of uniform free chains."""
-
-COLUMNS = tuple(column.name for column in ALL)
-
 _ALONG = (
     Column("contact", "contact", "int"),
     Column("peak_force_N", "peak force [N]"),
@@ -175,7 +157,7 @@ _ALONG = (
 )
 """Columns of the table of all contacts."""
 
-_BY_NAME = _OF_KEYS | {column.name: column for column in (*ALL, *FOUND_COLUMNS, *_ALONG)}
+_BY_NAME = _OF_KEYS | {column.name: column for column in (*_BEGIN, *FOUND_COLUMNS, _END, *_ALONG)}
 
 RESULTS = {column.name for column in FOUND_COLUMNS}
 TEXT = tuple(name for name, column in _BY_NAME.items() if column.kind == "str")
@@ -186,10 +168,10 @@ def is_result(name: str) -> bool:
     return name in RESULTS or _GAUGE_NAME.fullmatch(name) is not None
 
 
-def peak_columns(columns: Sequence[Column]) -> tuple[str, ...]:
-    """Return the columns of a sweep's table of peaks; first pulses if chains are not uniform."""
+def peak_columns(columns: Sequence[str]) -> tuple[str, ...]:
+    """Return the columns of the table of peaks, with first pulses where scenes have terms."""
     names = ("scene", "backend", "contact", "peak_force_N", "peak_time_s")
-    return names if columns is ALL else (*names, *FIRST)
+    return (*names, *FIRST) if "wanted_error" in columns else names
 
 
 OTHER_MEASURE = {
@@ -209,7 +191,7 @@ PAPER_NAMES = {
 """Columns by their names in the paper."""
 
 
-def full_name(name: str, columns: Sequence[str] = COLUMNS, varied: Collection[str] = ()) -> str:
+def full_name(name: str, columns: Sequence[str], varied: Collection[str]) -> str:
     """Return the full name of a column, given with or without its section, or as in the paper.
 
     If several sections have it, the one that varies is taken.
@@ -247,47 +229,43 @@ def unit_of(name: str) -> str:
     return match[1] if match else ""
 
 
-def columns_in(manifest: Section) -> tuple[Column, ...]:
-    """Return the columns of a sweep from its manifest."""
-    return tuple(map(column_named, manifest["columns"])) if "columns" in manifest else ALL
-
-
 def are_plain(scene: Scene, varied: Collection[str]) -> bool:
     """Return whether no scene of a sweep can have terms."""
     of_shock = {f"shock.{key}" for key in keys_of(type(scene.shock)) if key != "granule"}
     is_plain = scene.is_plain and not scene.gauges and scene.chain.section is None
-    return is_plain and {*of_shock, *varied} <= {*PARAMETERS}
+    return is_plain and {*of_shock, *varied} <= PARAMETERS
 
 
 def columns_of(scene: Scene, varied: Collection[str]) -> tuple[Column, ...]:
-    """Return the columns of the table of a sweep, from its scene and the varying parameters."""
-    if are_plain(scene, varied):
-        return ALL
+    """Return the columns of the table of a sweep, from its scene and the varying parameters.
+
+    Parameters stand in the order of the scene file.
+    """
     sections, shock = sections_of(scene), scene.shock
-    always = {f"chain.{key}" for key in ("granules", *MATERIAL)} | {"run.end_time", *varied}
-    if shock.section == "shock":
-        keys = {"profile", "momentum_ratio", *keys_of(type(shock))} - {"granule"}
-        always |= {f"shock.{key}" for key in keys}
-    given = {f"{part}.{key}": value for part in sections if part != "gauge"
-             for key, value in sections[part].items()}  # fmt: skip
-    kept = [
-        name
-        for name in (*PARAMETERS, *TERMS)
-        if name in always or not isinstance(given.get(name, []), list)
-    ]
-    kept += [name for name in varied if SEGMENT.fullmatch(name)]
-    order = {"chain": 0, "segments": 1, "shock": 2, "run": 4}
-
-    def rank(name: str) -> int:
-        return order.get("segments" if SEGMENT.fullmatch(name) else name.partition(".")[0], 3)
-
-    unlike = any(isinstance(value, list) for value in sections["chain"].values())
-    held = not sections.keys().isdisjoint({"striker", *OTHERS} - {"run"}) or shock.is_driven
-    kinds = {"", "terms", *sections}
-    kinds |= set() if unlike or held or "shock.granule" in given else {"waves"}
+    given = {
+        f"{section}.{key}"
+        for section, values in sections.items()
+        if section != "gauge"
+        for key, value in values.items()
+        if not isinstance(value, list)
+    }
+    kept, kinds = PARAMETERS, {"", "waves"}
+    if not are_plain(scene, varied):
+        kept = {f"chain.{key}" for key in ("granules", *MATERIAL)} | {"run.end_time"}
+        kept |= {*varied, *given}
+        if shock.section == "shock":
+            keys = {"profile", "momentum_ratio", *keys_of(type(shock))} - {"granule"}
+            kept |= {f"shock.{key}" for key in keys}
+        unlike = any(isinstance(value, list) for value in sections["chain"].values())
+        held = not sections.keys().isdisjoint({"striker", *OTHERS} - {"run"}) or shock.is_driven
+        kinds = {"", "terms", *sections}
+        kinds |= set() if unlike or held or "shock.granule" in given else {"waves"}
+    names = [name for name in _OF_KEYS if name in kept]
+    rest = sum(name.startswith("chain.") for name in names)
+    names[rest:rest] = filter(SEGMENT.fullmatch, varied)
     return (
         *_BEGIN,
-        *map(column_named, sorted(kept, key=rank)),
+        *map(column_named, names),
         *(column for column in FOUND_COLUMNS if column.of in kinds),
         *_of_gauges(len(scene.gauges)),
         _END,
@@ -323,56 +301,48 @@ _IF_GIVEN = (
 
 def names_of(scene: Scene) -> tuple[str, ...]:
     """Return the parameters of a scene that can vary."""
-    sections = sections_of(scene)
-    chain = sections["chain"]
+    sections = {"run": {}, **sections_of(scene)}
+    chain, of_shock = sections["chain"], () if scene.shock.rows else keys_of(type(scene.shock))
     segments = chain.get("segments", [])
     unlike = "fixed" in chain or any(isinstance(chain.get(key), list) for key in _OF_GRANULE)
-    of_shock = () if scene.shock.rows else keys_of(type(scene.shock))
-    there, names = {"run": {}, **sections}, []
-    for name in (*PARAMETERS, *TERMS):
+    names = []
+    for name in _OF_KEYS:
         section, key = name.split(".")
-        values = there.get(section)
+        values = sections.get(section)
         if values is None or (section == "shock" and key not in of_shock):
             continue
         is_given = name not in _IF_GIVEN or key in values
         counts_alone = name != "chain.granules" or not (unlike or segments)
         if is_given and counts_alone and not isinstance(values.get(key), list):
             names.append(name)
+    absent = {key for key in (*MATERIAL, *MEASURED) if getattr(scene.chain, key) is None}
+    of_granule = [key for key in _OF_GRANULE if key not in absent]
     for number, segment in enumerate(segments, start=1):
-        cell = segment.get("cell", [])
-        absent = {key for key in (*MATERIAL, *MEASURED) if getattr(scene.chain, key) is None}
-        of_granule = [key for key in _OF_GRANULE if key not in absent]
+        at, cell = f"chain.segments.{number}", segment.get("cell", [])
         keys = ("granules", *of_granule, *(() if cell else ("radius_ratio",)))
-        names += [f"chain.segments.{number}.{key}" for key in keys]
-        for place in range(1, len(cell) + 1):
-            names += [f"chain.segments.{number}.cell.{place}.{key}" for key in of_granule]
+        names += [f"{at}.{key}" for key in keys]
+        names += [f"{at}.cell.{k}.{key}" for k in range(1, len(cell) + 1) for key in of_granule]
     return tuple(names)
 
 
 def full_key(name: object, scene: Scene) -> str:
     """Return the full name of a parameter that can vary, given with or without its section."""
-    names = names_of(scene)
+    names, text = names_of(scene), str(name)
     if full := full_names(name, names):
         return full[0]
-    section, key = str(name).partition(".")[0], str(name).rpartition(".")[2]
+    section, key = text.partition(".")[0], text.rpartition(".")[2]
     if section in SECTIONS and section not in {*sections_of(scene), "run", "gauge"}:
         allowed = f"cannot vary: the scene has no [{section}]; add the section to its file"
-        raise SceneError(str(name), None, allowed)
-    if str(name) in ("granules", "chain.granules"):
-        allowed = "cannot vary: segments, a file or lists say how many there are"
-        raise SceneError(str(name), None, allowed)
-    of_segments = "segments." in str(name)
+        raise SceneError(text, None, allowed)
+    of_segments = "segments." in text
     alike = [other for other in names if ("segments." in other) == of_segments]
     keys = {other.rpartition(".")[2]: other for other in reversed(alike)}
-    hint = did_you_mean(str(name), [*names, *keys])
-    hint = f"; did you mean {keys[key]}?" if key in keys else hint
-    # One example for segments, which may have thousands.
+    hint = f"; did you mean {keys[key]}?" if key in keys else did_you_mean(text, [*names, *keys])
     listed = [other for other in names if not SEGMENT.fullmatch(other)]
-    if len(listed) < len(names):
-        last = next(other for other in reversed(names) if SEGMENT.fullmatch(other))
-        listed.append(f"keys of segments, such as {last}")
+    if len(listed) < len(names):  # segments may be thousands
+        listed.append(f"keys of segments, such as {names[-1]}")
     what = f"{hint} What" if hint else "; what"
-    raise SceneError(str(name), None, f"cannot vary{what} can vary: {', '.join(listed)}")
+    raise SceneError(text, None, f"cannot vary{what} can vary: {', '.join(listed)}")
 
 
 def changed(

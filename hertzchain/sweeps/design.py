@@ -6,9 +6,8 @@ import hashlib
 import math
 import re
 import warnings
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from numbers import Integral
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import numpy as np
@@ -16,9 +15,8 @@ from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
 from hertzchain.errors import SceneError, require
-from hertzchain.scene.arguments import checked
 from hertzchain.scene.file import key_named, sections_of
-from hertzchain.scene.keys import Key, to_si
+from hertzchain.scene.keys import Key, checked, to_si
 from hertzchain.scene.scene import Scene, SceneLike, to_scene
 from hertzchain.sweeps.columns import (
     OTHER_MEASURE,
@@ -35,8 +33,7 @@ if TYPE_CHECKING:
     import pandas
 
 
-MOST_GRANULES = 1_000_000  # of a chain, chosen: a part may hold its peaks several times
-_MOST_VALUES = 100_000  # most values of one list (chosen); kept in memory and with the sweep
+_MOST_VALUES = 100_000  # most values of a list or a grid (chosen); kept in memory
 
 _FORMS = "A,B,C or LOW:HIGH:COUNT, LOW:HIGH:COUNT:log, or to be sampled LOW:HIGH, LOW:HIGH:log"
 
@@ -56,26 +53,20 @@ Form = Literal["list", "linear", "log", "column"]
 class Axis:
     """A parameter that varies, by its name in the scene file, and its values in SI or as text.
 
-    The values are a list; both ends of a range, linear or logarithmic; or a column of a table,
-    whose columns vary together: an empty cell is NaN or "", and the row has the value of the base.
-    ``count`` is the number of crossed values: None for a column, and for a range that is sampled.
+    The values are a list or a grid, crossed with those of other axes; both ends of a range that is
+    sampled; or a column of a table, whose columns vary together: an empty cell is NaN or "", and
+    the row has the value of the base.
     """
 
     name: str
     values: NDArray[Any]
     form: Form
-    count: int | None = None
+    is_sampled: bool = False
 
-    @classmethod
-    def of(cls, entry: Mapping[str, Any]) -> Axis:
-        """Return the axis of ``to_dict``, a column without its cells."""
-        name, values = entry["name"], entry.get("values")
-        if values is not None:
-            return cls(name, np.array(values), "list", len(values))
-        if "low" not in entry:
-            return cls(name, np.zeros(0), "column")
-        form: Form = "log" if entry["log"] else "linear"
-        return cls(name, np.array([entry["low"], entry["high"]]), form, entry["count"])
+    @property
+    def is_crossed(self) -> bool:
+        """Whether each value is combined with those of other axes."""
+        return self.form != "column" and not self.is_sampled
 
     def to_dict(self) -> dict[str, Any]:
         """Return the axis as a JSON object, a column by its checksum."""
@@ -84,42 +75,46 @@ class Axis:
         if self.form == "column":
             checksum = hashlib.sha256(self.values.tobytes()).hexdigest()
             return {"name": self.name, "rows": self.values.size, "sha256": checksum}
-        low, high = map(float, self.values)
-        is_log = self.form == "log"
-        return {"name": self.name, "low": low, "high": high, "count": self.count, "log": is_log}
-
-    @property
-    def is_sampled(self) -> bool:
-        """Whether this is a range without a count."""
-        return self.count is None and self.form != "column"
+        low, high = map(float, self.values[[0, -1]])
+        count = None if self.is_sampled else self.values.size
+        return {
+            "name": self.name, "low": low, "high": high, "count": count, "log": self.form == "log"
+        }  # fmt: skip
 
     @property
     def ends(self) -> tuple[Value, ...]:
         """Values to check: if these are possible, all are."""
-        return tuple(dict.fromkeys(self.values[is_given(self.values)].tolist()))
+        values = self.values if self.form in ("list", "column") else self.values[[0, -1]]
+        return tuple(dict.fromkeys(values[is_given(values)].tolist()))
 
-    def at(self, index: NDArray[Any]) -> NDArray[Any]:
-        """Return the values of the scenes with the given numbers."""
-        if self.form in ("list", "column"):
-            return np.asarray(self.values[index])
-        return self.between(index / max((self.count or 0) - 1, 1))
+    def __len__(self) -> int:
+        return self.values.size
+
+    def at(self, numbers: NDArray[np.int64]) -> NDArray[Any]:
+        """Return the values of the given numbers, from 0."""
+        return np.asarray(self.values[numbers])
 
     def between(self, fraction: FloatArray) -> NDArray[Any]:
-        """Return the values of a range at fractions, 0 to 1, of the way between its ends."""
-        is_whole_key = _key(self.name).kind == "int"  # each whole number has the same share
-        low, high = self.values + np.array([-0.5, 0.5]) * is_whole_key
-        if self.form == "log":
-            inside: NDArray[Any] = low ** (1 - fraction) * high**fraction
-        else:
-            inside = low + fraction * (high - low)
-        if is_whole_key:
-            whole = np.clip(np.floor(inside + 0.5), *self.values)
-            return np.asarray(whole, np.int64)
-        # Both ends exact to the last digit.
-        return np.asarray(np.where(fraction == 0, low, np.where(fraction == 1, high, inside)))
+        """Return the values of a sampled range at fractions, 0 to 1, of the way between its ends.
+
+        Each whole number has the same share.
+        """
+        low, high = self.values.tolist()
+        if _key(self.name).kind != "int":
+            return _between(low, high, fraction, self.form)
+        whole = np.floor(_between(low - 0.5, high + 0.5, fraction, self.form) + 0.5)
+        return np.clip(whole, low, high).astype(np.int64)
 
 
-_FEW = 4  # most rows and cells that a message lists (chosen)
+def _between(low: float, high: float, fraction: FloatArray, form: Form) -> FloatArray:
+    """Return values between two others, both ends exact to the last digit."""
+    if form == "log":
+        inside = low ** (1 - fraction) * high**fraction
+    else:
+        inside = low + fraction * (high - low)
+    return np.asarray(np.where(fraction == 0, low, np.where(fraction == 1, high, inside)))
+
+
 _WITH_UNIT = re.compile(r"(.+?)\s*\[(.+)\]\s*")
 """The head of a column with a unit, such as ``chain.radius [mm]``."""
 
@@ -129,36 +124,22 @@ def is_given(cells: NDArray[Any]) -> NDArray[np.bool_]:
     return np.asarray(cells != "" if cells.dtype.kind == "U" else ~np.isnan(cells))
 
 
-def axes_of_table(table: pandas.DataFrame, full: Callable[[str], str]) -> tuple[Axis, ...]:
-    """Return the columns of a table; ``full`` gives the full name of a parameter."""
-    axes, problems = [], list[tuple[SceneError, str]]()
-    for place, head in enumerate(table.columns):
-        match = _WITH_UNIT.fullmatch(str(head))
-        name, unit = full(match[1] if match else str(head).strip()), match[2] if match else ""
-        cells, values = table.iloc[:, place], dict[Any, Value]()
-        try:
-            distinct = cells.dropna().unique().tolist()
-        except TypeError:  # lists and other things
-            raise SceneError(name, None, "must have numbers or texts in its cells") from None
-        for cell in distinct if len(problems) < _FEW else ():
-            try:
-                values[cell] = _value(name, cell, unit)
-            except SceneError as problem:
-                is_same = (cells == cell).fillna(False)
-                rows = [str(k) for k, same in enumerate(is_same, 1) if same]
-                more = f" and {len(rows) - _FEW} more" if len(rows) > _FEW else ""
-                listed = f"row{'s'[: len(rows) - 1]} {', '.join(rows[:_FEW])}{more}"
-                problems.append((problem, listed))
-        empty, kind = ("", str) if _key(name).kind == "str" else (np.nan, float)
-        if not problems:
-            column = cells.map(values).astype(object).where(cells.notna(), empty)
-            axes.append(Axis(name, column.to_numpy().astype(kind), "column"))
-    if problems:
-        (first, rows_of_first), *others = problems[:_FEW]
-        also = "".join(f"; {problem} ({rows})" for problem, rows in others)
-        allowed = f"{first.allowed} ({rows_of_first} of the table){also}"
-        raise SceneError(first.key, first.value, allowed)
-    return tuple(axes)
+def _axis_of_column(name: str, cells: pandas.Series[Any], unit: str) -> Axis:
+    """Return the axis of a column of a table; a SceneError has the number of the row."""
+    values = dict[Any, Value]()
+    try:
+        for cell in cells.dropna().unique().tolist():
+            values[cell] = _value(name, cell, unit)
+    except TypeError:  # lists and other things
+        raise SceneError(name, None, "must have numbers or texts in its cells") from None
+    except SceneError as problem:
+        rows = 1 + np.flatnonzero((cells == cell).fillna(False))
+        more = f" and {rows.size - 1:,} more" if rows.size > 1 else ""
+        allowed = f"{problem.allowed} (row {rows[0]}{more} of the table)"
+        raise SceneError(problem.key, problem.value, allowed) from None
+    empty, kind = ("", str) if _key(name).kind == "str" else (np.nan, float)
+    column = cells.map(values).astype(object).where(cells.notna(), empty)
+    return Axis(name, column.to_numpy().astype(kind), "column")
 
 
 def axis_of(name: str, given: str | Iterable[Value]) -> Axis:
@@ -172,37 +153,29 @@ def axis_of(name: str, given: str | Iterable[Value]) -> Axis:
     require(0 < len(pieces) <= _MOST_VALUES, name, None, f"must take 1 to {_MOST_VALUES:,} values")
     values = tuple(_value(name, piece) for piece in pieces)
     require(len(set(values)) == len(values), name, None, "must not have a value twice")
-    return Axis(name, np.array(values), "list", len(values))
+    return Axis(name, np.array(values), "list")
 
 
 def _range(name: str, given: str) -> Axis:
-    key = _key(name)
+    """Return the axis of ``LOW:HIGH``, with ``:COUNT`` a grid, both also with ``:log``."""
+    key, parts = _key(name), [part.strip() for part in given.split(":")]
     if key.kind == "str":
         raise SceneError(name, given, f"has no range: name its values, {','.join(key.choices)}")
-    low_text, high_text, *rest = (piece.strip() for piece in given.split(":"))
-    form: Form = "log" if rest[-1:] == ["log"] else "linear"
-    counts = rest[: len(rest) - (form == "log")]
-    low, high = float(_value(name, low_text)), float(_value(name, high_text))
-    try:
-        number = float(counts[0]) if counts else 2.0  # also 1e3
-    except ValueError:
-        number = 0.0
-    is_range = low < high and len(counts) <= 1 and number >= 2 and number.is_integer()
-    is_range &= form == "linear" or low > 0
-    allowed = "; LOW below HIGH, LOW above 0 with :log, COUNT a whole number of at least 2"
-    require(is_range, name, given, f"must be {_FORMS}{allowed}")
-    if not counts or key.kind != "int":
-        return Axis(name, np.array([low, high]), form, int(number) if counts else None)
-    # The whole numbers nearest to the grid, each of them once.
-    require(number <= _MOST_VALUES, name, given, f"must take at most {_MOST_VALUES:,} values")
-    space = np.geomspace if form == "log" else np.linspace
-    whole = np.rint(space(low, high, int(number))).astype(np.int64)
-    return axis_of(name, [*dict.fromkeys(whole.tolist())])
-
-
-def is_whole(value: object, least: int) -> bool:
-    """Return whether a value is an integer of at least ``least`` (booleans are not)."""
-    return isinstance(value, Integral) and not isinstance(value, bool) and int(value) >= least
+    form: Form = "log" if parts[-1] == "log" else "linear"
+    numbers = parts[: len(parts) - (form == "log")]
+    require(2 <= len(numbers) <= 3, name, given, f"must be {_FORMS}")
+    low, high = (float(_value(name, text)) for text in numbers[:2])
+    require(low < high, name, given, "LOW must be below HIGH")
+    require(form == "linear" or low > 0, name, given, "LOW must be above 0 with :log")
+    if len(numbers) == 2:
+        return Axis(name, np.array([low, high]), form, is_sampled=True)
+    count = int(numbers[2]) if re.fullmatch(r"\d{1,9}", numbers[2]) else 0
+    allowed = f"COUNT must be a whole number from 2 to {_MOST_VALUES:,}"
+    require(2 <= count <= _MOST_VALUES, name, given, allowed)
+    values = _between(low, high, np.arange(count) / (count - 1), form)
+    if key.kind != "int":
+        return Axis(name, values, form)
+    return axis_of(name, [*dict.fromkeys(np.rint(values).astype(np.int64).tolist())])
 
 
 def _value(name: str, given: Any, unit: str = "") -> Value:
@@ -225,15 +198,7 @@ def _value(name: str, given: Any, unit: str = "") -> Value:
         require(float(value).is_integer(), name, given, "must be a whole number")
         value = int(value)
     key.check(name, value)
-    if name.endswith("granules"):
-        check_granules(name, int(value))
     return value
-
-
-def check_granules(name: str, granules: float) -> None:
-    """Refuse a chain whose peaks, of which a part may hold several times as many, take too much."""
-    allowed = f"must be at most {MOST_GRANULES:,} in a sweep: run a longer chain by itself"
-    require(granules <= MOST_GRANULES, name, granules, allowed)
 
 
 def sobol_points(dimensions: int, seed: int, numbers: NDArray[np.int64]) -> FloatArray:
@@ -261,7 +226,7 @@ def sobol_points(dimensions: int, seed: int, numbers: NDArray[np.int64]) -> Floa
 
 
 _OF_ELASTIC = {f"{wall}.{key}" for wall in WALLS for key in ("young_modulus", "poisson_ratio")}
-_TRIED_SCENES = 64  # scenes that are tried before a sweep, if the first are impossible, chosen
+_SOME_SCENES = 500  # scenes that are tried and counted before a sweep, at most, chosen: 0.1 s
 MOST_SCENES = 10**8  # most scenes of a sweep, chosen: a day of two cores at a millisecond a scene
 
 
@@ -269,8 +234,7 @@ MOST_SCENES = 10**8  # most scenes of a sweep, chosen: a day of two cores at a m
 class Design:
     """The scenes of a sweep, numbered from 0: the last axis changes fastest, samples faster still.
 
-    Axes without a count are sampled together, as points of one scrambled sequence; the others are
-    crossed.
+    Sampled axes are points of one scrambled sequence; the others are crossed.
     """
 
     base: Scene
@@ -302,8 +266,8 @@ class Design:
     def shape(self) -> tuple[int, ...]:
         """Values of each axis that is crossed, then the number of samples; or rows of a table."""
         if self.axes[0].form == "column":
-            return (len(self.axes[0].values),)
-        counts = [axis.count for axis in self.axes if axis.count is not None]
+            return (len(self.axes[0]),)
+        counts = [len(axis) for axis in self.axes if axis.is_crossed]
         return (*counts, *([] if self.samples is None else [self.samples]))
 
     @property
@@ -317,21 +281,21 @@ class Design:
         base = base_values(self.base, {*names, *self.names})
         parameters = {name: np.full(scenes.size, value) for name, value in base.items()}
         numbers = np.unravel_index(scenes, self.shape)
-        crossed = (axis for axis in self.axes if axis.count is not None)
+        crossed = (axis for axis in self.axes if axis.is_crossed)
         for axis, number in zip(crossed, numbers, strict=False):
-            parameters[axis.name] = axis.at(number.astype(np.int64))
+            parameters[axis.name] = axis.at(number)
         if self.sampled:
             points = sobol_points(len(self.sampled), self.seed, numbers[-1].astype(np.int64))
             for axis, fraction in zip(self.sampled, points.T, strict=True):
                 parameters[axis.name] = axis.between(fraction)
-        given = {name: np.ones(scenes.size, np.bool_) for name in self.names}
+        given = dict.fromkeys(self.names, np.ones(scenes.size, np.bool_))
         for axis in self.axes:
             if axis.form == "column":
                 cells, values = axis.at(scenes), parameters[axis.name]
                 given[axis.name] = is_given(cells)
-                kind = cells.dtype if values.dtype.kind == "U" else values.dtype
                 chosen = np.where(given[axis.name], cells, values)
-                parameters[axis.name] = chosen if kind.kind == "U" else chosen.astype(kind)
+                is_text = chosen.dtype.kind == "U"
+                parameters[axis.name] = chosen if is_text else chosen.astype(values.dtype)
         for name, other in OTHER_MEASURE.items():
             if name in given:
                 parameters[other] = np.where(given[name], np.nan, parameters[other])
@@ -345,6 +309,12 @@ class Design:
             is_elastic = parameters[f"{name.partition('.')[0]}.kind"] == "elastic"
             parameters[name] = np.where(is_elastic, parameters[name], np.nan)
         return parameters
+
+    @property
+    def some_parameters(self) -> dict[str, NDArray[Any]]:
+        """All parameters of evenly spaced scenes."""
+        some = np.linspace(0, self.scenes - 1, min(self.scenes, _SOME_SCENES))
+        return self.parameters(some.astype(np.int64))
 
     def scene(self, parameters: Mapping[str, NDArray[Any]], k: int) -> Scene:
         """Return the k-th scene of these parameters; a missing one is as in the base."""
@@ -362,9 +332,13 @@ class Design:
 def axes_of(vary: Any, scene: Scene) -> tuple[Axis, ...]:
     """Return the axes of a table, or of values by parameters; for arguments see ``design``."""
     if not isinstance(vary, Mapping) and hasattr(vary, "columns"):
-        axes = axes_of_table(vary, lambda name: full_key(name, scene))
-        require(len(axes) > 0 and len(vary) > 0, "table", None, "must have columns and rows")
-        return axes
+        require(vary.size > 0, "table", None, "must have columns and rows")
+        heads = [_WITH_UNIT.fullmatch(str(head)) or str(head).strip() for head in vary.columns]
+        named = [(head, "") if isinstance(head, str) else (head[1], head[2]) for head in heads]
+        return tuple(
+            _axis_of_column(full_key(name, scene), vary.iloc[:, place], unit)
+            for place, (name, unit) in enumerate(named)
+        )
     allowed = "must be a mapping of at least one parameter to its values, or a table"
     require(isinstance(vary, Mapping) and len(vary) > 0, "vary", None, allowed)
     return tuple(axis_of(full_key(name, scene), given) for name, given in vary.items())
@@ -374,8 +348,8 @@ def axes_of(vary: Any, scene: Scene) -> tuple[Axis, ...]:
 def design(
     scene: SceneLike,
     vary: Annotated[Mapping[str, str | Iterable[Value]] | pandas.DataFrame, axis_of],
-    samples: Annotated[int | None, is_whole] = None,
-    seed: Annotated[int, is_whole] = 0,
+    samples: Annotated[int | None, Key] = None,
+    seed: Annotated[int, Key] = 0,
 ) -> Design:
     """Return the scenes of a sweep.
 
@@ -407,10 +381,9 @@ def design(
     """
     scene = to_scene(scene)
     axes = axes_of(vary, scene)
-    allowed = "must be a whole number of at least 1"
-    require(samples is None or is_whole(samples, 1), "samples", samples, allowed)
-    within = is_whole(seed, 0) and seed < 2**32
-    require(within, "seed", seed, "must be a whole number from 0 to 4294967295")
+    if samples is not None:
+        Key(least=1, kind="int").check("samples", samples)
+    Key(least=0, most=2**32 - 1, kind="int").check("seed", seed)
     layout = Design(scene, axes, None if samples is None else int(samples), int(seed))
     if layout.sampled and samples is None:
         allowed = (
@@ -424,20 +397,25 @@ def design(
     allowed = f"must be at most {MOST_SCENES:,}: take fewer values, or draw samples"
     require(layout.scenes <= MOST_SCENES, "scenes", layout.scenes, allowed)
     names = [axis.name for axis in axes]
-    twice = next((name for k, name in enumerate(names) if name in names[:k]), None)
-    require(twice is None, str(twice), None, "given twice, with its section and without")
-    both = "shock.momentum_ratio" in names and "shock.rise_time" in names
-    allowed = "replaces shock.rise_time: only one of the two can vary"
-    require(not both, "shock.momentum_ratio", None, allowed)
-    check_granules("chain.granules", scene.chain.granules)
-    kinds = {axis.name.partition(".")[0]: axis.ends for axis in axes if axis.name.endswith(".kind")}
-    for name in (name for name in names if name in _OF_ELASTIC):
+    for k, name in enumerate(names):
+        require(name not in names[:k], name, None, "given twice, with its section and without")
+        allowed = f"replaces {OTHER_MEASURE.get(name)}: only one of the two can vary"
+        require(OTHER_MEASURE.get(name) not in names, name, None, allowed)
+    kinds = {axis.name: axis.ends for axis in axes if axis.name.endswith(".kind")}
+    for name in _OF_ELASTIC.intersection(names):
         wall = name.partition(".")[0]
-        wall_kinds = kinds.get(wall, (getattr(scene, wall).kind,))
         allowed = 'cannot vary: only a wall of kind "elastic" has it, in all scenes'
+        wall_kinds = kinds.get(f"{wall}.kind", (getattr(scene, wall).kind,))
         require({*wall_kinds} == {"elastic"}, name, None, allowed)
-    _refuse_impossible(layout)
-    return layout
+    parameters, problems = layout.some_parameters, list[SceneError]()
+    for k in range(parameters["chain.granules"].size):
+        try:
+            layout.scene(parameters, k)
+        except SceneError as problem:
+            problems.append(problem)
+        else:
+            return layout
+    raise problems[0]
 
 
 def scenes(
@@ -461,19 +439,3 @@ def scenes(
     every = design(scene, table, samples, seed)
     parameters = every.parameters(np.arange(every.scenes))
     return [every.scene(parameters, k) for k in range(every.scenes)]
-
-
-def _refuse_impossible(layout: Design) -> None:
-    """Raise the reason of the first of evenly spaced scenes, if none of them is possible."""
-    tried = np.unique(np.linspace(0, layout.scenes - 1, _TRIED_SCENES).astype(np.int64))
-    parameters = layout.parameters(tried)
-    first = None
-    for k in range(tried.size):
-        try:
-            layout.scene(parameters, k)
-        except SceneError as problem:
-            first = first or problem
-        else:
-            return
-    if first is not None:
-        raise first

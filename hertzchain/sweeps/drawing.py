@@ -19,8 +19,7 @@ from hertzchain.errors import HertzchainError, SceneError, require
 from hertzchain.report.style import COLOURS, distinct
 from hertzchain.scene.file import key_named
 from hertzchain.scene.keys import to_si
-from hertzchain.sweeps.columns import TEXT, column_named, columns_in, full_name, is_whole
-from hertzchain.sweeps.design import Axis
+from hertzchain.sweeps.columns import TEXT, column_named, full_name, is_whole
 
 if TYPE_CHECKING:
     import pandas
@@ -30,8 +29,9 @@ if TYPE_CHECKING:
 
 SIZE = (8.0, 5.0)  # width and height by default [inches]
 _LETTERS = 15  # letters of a remark in an inch of width
-_MOST_LINES = 1000  # most lines, chosen: more cannot be distinguished, and each costs a millisecond
-_MOST_VECTORS = 5000  # number of points from which PDF and SVG contain a bitmap of them
+_MOST_MARKS = 1000
+"""Most lines, and most points that are no bitmap in PDF and SVG (chosen): more cannot be told
+apart, and each line costs a millisecond."""
 _TOLERANCE = 1e-3  # largest relative difference of a given value from the sweep's: three digits
 _DECADES = 100.0  # ratio of the largest value to the smallest from which an axis is logarithmic
 _ALONG = ("peak_force_N", "peak_time_s")  # columns that can be drawn along the chain
@@ -90,7 +90,7 @@ def draw(
     from hertzchain.report.document import in_prefixed
     from hertzchain.report.picture import SMALL, Picture, at_whole_numbers, in_units, parts_of
 
-    columns = [column.name for column in columns_in(sweep.manifest)]
+    columns = sweep.manifest["columns"]
     varied = [axis["name"] for axis in sweep.manifest["vary"]]
     fixed = {full_name(name, columns, varied): value for name, value in (where or {}).items()}
     require(len(fixed) == len(where or {}), next(iter(fixed), ""), None, "is fixed twice")
@@ -141,8 +141,9 @@ def _selected(
     sweep: Any, names: tuple[str, str, str | None], where: Mapping[str, Any], peaks: Any
 ) -> tuple[_Chart, list[str]]:
     """Return the rows of a sweep that have the wanted values, and sentences on missing ones."""
-    varied = [Axis.of(entry) for entry in sweep.manifest["vary"]]
-    crossed = {axis.name for axis in varied if axis.count is not None}
+    varied = sweep.manifest["vary"]
+    counts = {axis["name"]: len(axis.get("values", ())) or axis.get("count") for axis in varied}
+    crossed = {name for name, count in counts.items() if count is not None}
     wanted = [name for name in names if name and (peaks is None or name not in peaks)]
     frame = sweep.to_frame([*dict.fromkeys(("scene", "backend", "failure", *wanted, *crossed))])
     remarks = []
@@ -150,7 +151,7 @@ def _selected(
         there = f"{len(frame):,} of {sweep.rows:,} rows are there"
         remarks.append(f"the sweep is not complete, {there}")
     for name, value in where.items():
-        there = ", ".join(axis.name for axis in varied if axis.name in crossed)
+        there = ", ".join(name for name in counts if name in crossed)
         allowed = f"has no list or grid of values in this sweep, as have: {there}"
         require(name in {"backend", *crossed}, name, None, allowed)
         frame = frame[frame[name] == _meant(name, value, frame[name].unique())]
@@ -167,13 +168,13 @@ def _selected(
         more = f"; {failed:,} of them failed" if failed else ""
         without = f"{int(lost.sum()):,} of {lost.size:,} rows have no {lacking}"
         remarks.append(f"{without} and are left out{more}")
-    several = [axis.name for axis in varied if axis.count != 1]
+    several = [name for name, count in counts.items() if count != 1]
     several += ["backend"] if len(sweep.manifest["backends"]) > 1 else []
     left = [name for name in several if name not in where]
     frame = frame[~lost].astype(dict.fromkeys(numbers, "float64"))
     x, y, colour = names
     colour = colour or ("backend" if "backend" in left and y not in left else None)
-    logs = [axis.name for axis in varied if axis.form == "log"]
+    logs = [axis["name"] for axis in varied if axis.get("log")]
     return _Chart(x, y, colour, frame, left, crossed | {"backend"}, logs), remarks
 
 
@@ -208,14 +209,14 @@ def _fill(axes: Axes, chart: _Chart, is_along: bool) -> None:
     if is_along or (is_grid and colour in (None, *chart.others)):
         across = ["scene", "backend"] if is_along else [*chart.others, "backend"]
         lines = [line.index for _, line in frame.groupby(across, sort=False)]
-        allowed = f"must be {_MOST_LINES:,} at most to be told apart: fix values (--where)"
-        require(len(lines) <= _MOST_LINES, "lines", len(lines), allowed)
+        allowed = f"must be {_MOST_MARKS:,} at most to be told apart: fix values (--where)"
+        require(len(lines) <= _MOST_MARKS, "lines", len(lines), allowed)
         style = "steps-mid" if is_whole(y) else "default"  # there is no p between 9 and 10
         for index in lines:
             line = frame.loc[index].sort_values(x)
             axes.plot(line[x], line[y], color=shades[index[0]], marker=".", lw=1.2, drawstyle=style)
         return
-    many = len(frame) > _MOST_VECTORS
+    many = len(frame) > _MOST_MARKS
     axes.scatter(frame[x], frame[y], s=1 if many else 9, c=[*shades], rasterized=many)
 
 

@@ -139,7 +139,6 @@ KINDS: dict[str, type[Backend]] = {"native": Native, "lammps": Lammps}
 MOST_ROWS, MOST_PEAKS = 10_000, 500_000  # scenes and contacts of a part, chosen: about 30 MB
 _SINGLE_SCENES = 50  # scenes of a part that are run one by one; chosen: a kill loses as many
 _LEAST_PARTS = 16  # least number of parts; chosen, so that few scenes keep all cores busy
-_COUNTED_SCENES = 500  # number of scenes whose granules are counted
 _SERIAL_WORK, _SMALL_CHAIN_GRANULES = 2_000_000, 40
 """Scenes times granules squared, at least those of a small chain, below which no process is started
 (measured): two take 2 s to start, as long as 1,200 elastic scenes of 31 granules or 550 of 60.
@@ -150,7 +149,6 @@ _YEAR = 3e7  # no time limit [s]
 _INTERVAL = 1.0  # longest time between two checks of the workers [s]
 _MOMENT = 0.05  # time between two checks of processes that are to end [s]
 _PATIENCE = 10.0  # waiting time for a scheduler that does not answer [s]
-_FAREWELL = 3.0  # waiting time for the connection to close [s]
 _AHEAD = 3  # parts sent for each thread of a cluster: no thread waits, and memory does not grow
 
 _log = logging.getLogger(__name__)
@@ -195,8 +193,7 @@ def part_size(design: Design, backend: Backend) -> int:
 
 def _largest(design: Design) -> int:
     """Return the granules of the longest chain of some scenes."""
-    some = np.linspace(0, design.scenes - 1, min(design.scenes, _COUNTED_SCENES)).astype(np.int64)
-    return int(np.max(design.parameters(some)["chain.granules"]))
+    return int(np.max(design.some_parameters["chain.granules"]))
 
 
 def _is_batched(design: Design, backend: Backend) -> bool:
@@ -208,10 +205,7 @@ def _is_batched(design: Design, backend: Backend) -> bool:
 
 
 def _is_short(design: Design, backend: Backend) -> bool:
-    """Return whether scenes are few and chains short, and one process is enough.
-
-    LAMMPS, given steps and damped contacts take longer than starting processes.
-    """
+    """Return whether scenes are few and quick: elastic, by accuracy, native, and chains short."""
     if isinstance(backend, Lammps) or backend.dt is not None or backend.method is not None:
         return False
     if design.base.contact is not None:
@@ -289,7 +283,8 @@ def _typed(
     import pandas
 
     kinds = {column.name: column.kind for column in columns if is_result(column.name)}
-    names = *kinds, "failure", *(peak_columns(columns)[2:] if peaks else ())
+    of_peaks = peak_columns([column.name for column in columns])[2:] if peaks else ()
+    names = *kinds, "failure", *of_peaks
     table = pandas.DataFrame.from_dict(cells, "index").reindex(range(rows)).reindex(columns=names)
     table = table.astype(object).where(table.notna(), None)
     for name, kind in kinds.items():
@@ -448,7 +443,7 @@ def loop_on(scheduler: str) -> Iterator[Loop]:
             yield functools.partial(_loop_of, client, scheduler)
         finally:  # parts that are not done are dropped
             with suppress(OSError):
-                client.close(timeout=_FAREWELL)
+                client.close(timeout=_PATIENCE)
 
 
 def _loop_of(
@@ -463,9 +458,8 @@ def _loop_of(
     )
 
     def submit(part: Part) -> Future[Any]:
-        task = Task(version("hertzchain"), pickle.dumps((design, part, peaks)))
-        future: Future[Any] = executor.submit(pickle.loads, pickle.dumps(task))
-        return future
+        task = pickle.dumps(Task((version("hertzchain"), design, part, peaks)))
+        return executor.submit(pickle.loads, task)  # type: ignore[no-any-return]
 
     def room() -> int:
         nonlocal threads
@@ -510,18 +504,17 @@ async def _check_scheduler(address: str) -> None:
 
 
 class Task(NamedTuple):
-    """A part sent to a worker: measured where it is unpickled, after its version is compared."""
+    """The arguments of ``work``, which pickle.loads calls: a scheduler needs no hertzchain."""
 
-    version: str
-    packed: bytes
+    arguments: tuple[str, Design, Part, bool]
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Return the call that pickle.loads makes."""
-        return work, tuple(self)
+        return work, self.arguments
 
 
-def work(wanted: str, packed: bytes) -> pandas.DataFrame:
-    """Measure the part of a ``Task``, in a thread of a worker that must have the wanted version."""
+def work(wanted: str, design: Design, part: Part, peaks: bool) -> pandas.DataFrame:
+    """Measure a part in a thread of a worker, which must have the wanted version."""
     from distributed import get_worker
 
     who, installed = f"the worker {get_worker().address}", version("hertzchain")
@@ -529,7 +522,6 @@ def work(wanted: str, packed: bytes) -> pandas.DataFrame:
         raise RunFailed(
             f"{who} has hertzchain {installed}, this is {wanted}: install the same on both"
         )
-    design, part, peaks = pickle.loads(packed)  # noqa: S301 - whoever sends it may run anything
     try:
         return measure(design, part, peaks, cores=1)
     except BackendMissing as problem:
@@ -541,12 +533,11 @@ def _quiet() -> Iterator[None]:
     """Silence Dask's loggers; errors are reported in one sentence."""
     # Dask gives some of its loggers their own level and handler.
     names = [name for name in logging.root.manager.loggerDict if name.startswith("distributed")]
-    loggers = [logging.getLogger(name) for name in names]
-    before = [logger.level for logger in loggers]
-    for logger in loggers:
+    levels = {logging.getLogger(name): logging.getLogger(name).level for name in names}
+    for logger in levels:
         logger.setLevel(logging.CRITICAL + 1)
     try:
         yield
     finally:
-        for logger, level in zip(loggers, before, strict=True):
+        for logger, level in levels.items():
             logger.setLevel(level)

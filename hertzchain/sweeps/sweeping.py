@@ -7,7 +7,6 @@ import json
 import math
 import os
 import shutil
-import textwrap
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import closing, nullcontext
 from dataclasses import dataclass, fields, replace
@@ -22,7 +21,7 @@ from hertzchain.observables.result import DEFINITIONS
 from hertzchain.progress import telling
 from hertzchain.scene.keys import Section
 from hertzchain.scene.scene import DOUBTFUL_OVERLAP, SceneLike
-from hertzchain.sweeps.columns import columns_in, peak_columns
+from hertzchain.sweeps.columns import peak_columns
 from hertzchain.sweeps.design import Value, design
 from hertzchain.sweeps.loop import (
     KINDS,
@@ -41,8 +40,8 @@ if TYPE_CHECKING:
 
 
 MANIFEST, TABLE = "sweep.json", "scenes"
-
-_LONGEST_VALUE = 60  # characters of a value in a message on another sweep, chosen
+_OF_RUNS = ("time_limit", "peaks_only")
+"""Settings of backends that change no number of a sweep."""
 
 
 class Parts:
@@ -65,14 +64,15 @@ class Parts:
 
         write_with(self._path(part), write)
 
-    def done(self, parts: Iterable[Part]) -> list[Part]:
-        """Return the parts that are done: their files are whole, and have their scenes."""
+    def done(self, parts: Iterable[Part], columns: Sequence[str]) -> list[Part]:
+        """Return the parts that are done: their files are whole, with their scenes and columns."""
         done = []
         for part in parts:
             with contextlib.suppress(OutputError):
                 if self.folder is not None and self._path(part).exists():
-                    scenes = _read_part(self._path(part))["scene"].tolist()
-                    done += [part] * (scenes == [*range(part.start, part.stop)])
+                    table = _read_part(self._path(part))
+                    is_whole = table["scene"].tolist() == [*range(part.start, part.stop)]
+                    done += [part] * (is_whole and {*columns} <= {*table})
         return done
 
     def frames(self, columns: Sequence[str] | None = None) -> Iterator[pandas.DataFrame]:
@@ -150,12 +150,10 @@ def _is_begun(path: Path, manifest: Section) -> bool:
             raise OutputError(f"{path}: is not a sweep, {strangers[0]} is in it; name a new folder")
         return False
     # Compared after JSON, where tuples become lists.
-    old, new = _entries(there), _entries(json.loads(json.dumps(manifest)))
-    for name in {**new, **old}:
-        differ = f"{name} is {_in_words(old.get(name))} there and {_in_words(new.get(name))}"
-        if old.get(name) != new.get(name):
-            said = f"belongs to another sweep, {differ} here; name another folder"
-            raise OutputError(f"{path}: {said}")
+    here = json.loads(json.dumps(manifest))
+    if differ := [name for name in {**here, **there} if here.get(name) != there.get(name)]:
+        said = f"belongs to another sweep, with another value of {', '.join(differ)}"
+        raise OutputError(f"{path}: {said} in its {MANIFEST}; name another folder")
     return True
 
 
@@ -167,23 +165,10 @@ def _read(folder: Path) -> Mapping[str, Any] | None:
         return None
     except (OSError, ValueError) as problem:
         raise OutputError(f"{path}: cannot be read ({problem})") from None
-    keys = {"format", "rows", "scene", "vary", "backends", "peaks"}
+    keys = {"columns", "rows", "scene", "vary", "backends", "peaks"}
     if not isinstance(manifest, dict) or not keys <= manifest.keys():
         raise OutputError(f"{path}: describes no sweep; name another folder")
     return manifest
-
-
-def _entries(value: Any, name: str = "") -> dict[str, Any]:
-    """Return the values in a part of a manifest, by names with points; items count from 1."""
-    if not isinstance(value, dict | list):
-        return {name: value}
-    items = value.items() if isinstance(value, dict) else enumerate(value, start=1)
-    below = (_entries(entry, f"{name}.{key}".lstrip(".")) for key, entry in items)
-    return {key: entry for entries in below for key, entry in entries.items()}
-
-
-def _in_words(value: Any) -> str:
-    return "not given" if value is None else textwrap.shorten(json.dumps(value), _LONGEST_VALUE)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -241,7 +226,7 @@ class Sweep:
         SceneError
             For a column that the sweep does not have.
         """
-        names = [column.name for column in columns_in(self.manifest)]
+        names = self.manifest["columns"]
         for name in columns or ():
             allowed = f"is not a column of this sweep, which has {', '.join(names)}"
             require(name in names, name, None, allowed + did_you_mean(str(name), names))
@@ -251,7 +236,7 @@ class Sweep:
         """Return one row per scene, backend and contact; OutputError if peaks were not kept."""
         if not self.manifest["peaks"]:
             raise OutputError("the sweep has no peaks of all contacts: sweep again with --peaks")
-        columns = peak_columns(columns_in(self.manifest))
+        columns = peak_columns(self.manifest["columns"])
         return _joined(map(long_table, self._parts.frames(columns)))
 
     def plot(
@@ -269,7 +254,7 @@ class Sweep:
 
     def count(self) -> Counts:
         """Count the scenes that are done, failed or inaccurate; reads one part at a time."""
-        names = [column.name for column in columns_in(self.manifest)]
+        names = self.manifest["columns"]
         late = [name for name in names if name == "contacts_cut_off"]
         error = "wanted_error" if "wanted_error" in names else "error_estimate"
         aims = {
@@ -392,7 +377,7 @@ def sweep(
         "hertzchain": version("hertzchain"),
         "definitions": DEFINITIONS,
         "format": "parquet",
-        **({} if layout.are_plain else {"columns": [column.name for column in layout.columns]}),
+        "columns": [column.name for column in layout.columns],
         **layout.to_dict(),
         "backends": [settings(backend) for backend in chosen],
         "peaks": peaks,
@@ -409,7 +394,9 @@ def sweep(
             if callable(progress):
                 progress(rows, manifest["rows"])
 
-        there = {part.name: part.size for part in parts.done(cut(layout, chosen))}
+        columns = peak_columns(manifest["columns"]) if peaks else ()
+        done_parts = parts.done(cut(layout, chosen), (*manifest["columns"], *columns))
+        there = {part.name: part.size for part in done_parts}
         report(done := sum(there.values()))
         left = (part for part in cut(layout, chosen) if part.name not in there)
         with closing(measured(layout, left, peaks)) as tables:
@@ -421,29 +408,25 @@ def sweep(
 
 def settings(backend: Backend) -> dict[str, Any]:
     """Return the settings of a backend that change numbers, as a JSON object."""
-    of_runs = {"time_limit", "peaks_only"}
-    names = [field.name for field in fields(backend) if field.name not in of_runs]
-    kept = {name: getattr(backend, name) for name in names}
+    names = [field.name for field in fields(backend)]
+    kept = {name: getattr(backend, name) for name in names if name not in _OF_RUNS}
     lmp = {"lmp": str(kept["lmp"])} if kept.get("lmp") is not None else {}
     return {"name": backend.name, **kept, **lmp}
 
 
 def _backends(given: str | Iterable[str | Backend], rtol: float) -> tuple[Backend, ...]:
-    is_alone = isinstance(given, str) or not isinstance(given, Iterable)
-    each: Iterable[Any] = [given] if is_alone or getattr(given, "shape", 1) == () else given
-    backends: list[Backend] = []
-    for backend in each:
+    is_list = isinstance(given, Iterable) and not isinstance(given, str)
+    each: list[Any] = list(given) if is_list else [given]
+    for k, backend in enumerate(each):
         if isinstance(backend, str):
             require(backend in KINDS, "backends", backend, f"must be one of {', '.join(KINDS)}")
-            backends.append(KINDS[backend](rtol=rtol))
-        else:
-            allowed = "must be Native, Lammps or the name of a backend"
-            require(isinstance(backend, Backend), "backends", backend, allowed)
-            backends.append(backend)
-    names = [backend.name for backend in backends]
-    require(len(names) > 0, "backends", None, "must be at least one")
-    require(len(set(names)) == len(names), "backends", names, "must not be given twice")
-    return tuple(backends)
+            each[k] = KINDS[backend](rtol=rtol)
+        allowed = "must be Native, Lammps or the name of a backend"
+        require(isinstance(each[k], Backend), "backends", backend, allowed)
+    names = [backend.name for backend in each]
+    allowed = "must be at least one backend, and none twice"
+    require(0 < len(names) == len(set(names)), "backends", names, allowed)
+    return tuple(each)
 
 
 def _joined(frames: Iterable[pandas.DataFrame]) -> pandas.DataFrame:

@@ -35,6 +35,15 @@ from hertzchain.scene.chain import PAPER_MOMENTUM, Chain
 from hertzchain.scene.keys import Count, Positive
 from hertzchain.scene.shocks import PROFILES, Pulse
 
+__all__ = [
+    "acceleration", "applied_force", "applied_momentum", "contact_force",
+    "effective_momentum_ratio", "ejection_momentum", "granule_velocity", "momentum_ratio",
+    "normalized_contact", "normalized_peak_force", "outside_range", "passed_momentum",
+    "peak_force", "peak_force_cubic", "peak_force_fit", "peak_shift", "solitary_wave_momentum",
+    "solitary_wave_speed", "transition_granules", "unit_rise_time", "wave_momentum",
+    "wave_profile",
+]  # fmt: skip
+
 SHIFT = 1.077  # peak-to-peak time shift of a solitary wave of height 1 (Eq. 4b)
 FORCE_INTEGRAL = 1.543  # integral of S^(3/2) (Eq. 5)
 WAVE_MOMENTUM = 53 / 32  # momentum of a solitary wave of height 1 (Eq. 5)

@@ -70,20 +70,11 @@ _COLUMNS = LAST_CONTACT  # contacts 2 to 80 and the far field
 
 @dataclass(frozen=True, eq=False)
 class Peaks:
-    """Peaks of a long chain at one LM_ratio and n, in units of F0.
+    """Peaks of a long chain at one LM_ratio and n, in units of F0."""
 
-    Parameters
-    ----------
-    peak_force
-        F_2 ... F_80, shape (79,); relative error PEAK_ERROR.
-    far_field_force
-        Limit of the peaks far from the shock; relative error FAR_FIELD_ERROR.
-    change_error
-        Largest error of abs(F_{k+1} - F_k) / F_{k+1} of the peaks above, k = 2 ... 79, shape (78,).
-    """
-
-    peak_force: FloatArray
-    far_field_force: float
+    peak_force: FloatArray  # F_2 ... F_80, shape (79,); relative error PEAK_ERROR
+    far_field_force: float  # limit far from the shock; relative error FAR_FIELD_ERROR
+    # Largest error of abs(F_{k+1} - F_k) / F_{k+1}, k = 2 ... 79, shape (78,)
     change_error: FloatArray
 
 

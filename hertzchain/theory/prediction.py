@@ -39,17 +39,9 @@ Measured were 0.016 in chains of 6 granules, where the wave has not formed yet, 
 
 @dataclass(frozen=True)
 class Constant:
-    """A constant of the paper and its exact value.
+    """A constant of the paper and its exact value."""
 
-    Parameters
-    ----------
-    name
-        Its equation in the paper and its meaning.
-    paper, exact
-        The values.
-    """
-
-    name: str
+    name: str  # its equation in the paper and its meaning
     paper: float
     exact: float
 
@@ -61,19 +53,11 @@ class Constant:
 
 @dataclass(frozen=True)
 class Estimate:
-    """A property of the solitary wave: the paper's value and the exact one.
+    """A property of the solitary wave of height F_SW: the paper's value and the exact one."""
 
-    Parameters
-    ----------
-    paper, exact
-        Values with the paper's constant and with the exact one, both for a wave of height F_SW.
-    far_field
-        Exact value for a wave as high as the far field.
-    """
-
-    paper: float
-    exact: float
-    far_field: float
+    paper: float  # with the paper's constant
+    exact: float  # with the exact constant
+    far_field: float  # exact value for a wave as high as the far field
 
     @property
     def closer(self) -> str:

@@ -37,11 +37,6 @@ from hertzchain.theory.solitary_wave import solitary_wave
 VISCOELASTIC, DASHPOT = 0.5, 0.0
 """Exponent q of the overlap in eta = c d^q."""
 
-_CREEP_DAMPING = 8.0
-"""Viscoelastic damping in natural units from which a contact that pulls creeps back (chosen).
-
-By then the effect of the approach has decayed by exp(-2 * 8^2)."""
-
 
 @dataclass(frozen=True)
 class Collision:
@@ -72,17 +67,6 @@ class Collision:
     def unit(self, exponent: float) -> float:
         """Return the unit of c in eta = c d^q [N s m^(-1-q)] where m*, k and the velocity are 1."""
         return float(self.mass * self.velocity / self.length ** (1 + exponent))
-
-
-def collision_of(scene: Scene) -> Collision:
-    """Return the collision of a scene's striker with granule 2; SceneError without a striker."""
-    striker = scene.striker
-    allowed = "needs a scene with a [striker]: it is the velocity of the impact"
-    require(striker is not None, "striker", None, allowed)
-    mass, stiffness = (
-        values[0] for values in (scene.granules.contact_mass, scene.granules.stiffness)
-    )
-    return Collision(mass, stiffness, scene.shock.start_velocity)
 
 
 # ---- The restitution law
@@ -150,9 +134,11 @@ def of_natural(damping: NotNegative, exponent: float, pulls: bool) -> float:
     # Damping in natural units above which e is below 1e-16, and counts as 0 (measured)
     if damping > 1e10:
         return 0.0
-    if pulls and exponent == VISCOELASTIC and damping > _CREEP_DAMPING:
-        # All such contacts creep back along one path, d' = -d/c, and e scales as c^-5.
-        return _speed(_CREEP_DAMPING, exponent, pulls) * (_CREEP_DAMPING / damping) ** 5
+    # Above this damping (chosen) all such contacts creep back along one path, d' = -d/c, and e
+    # scales as c^-5: the effect of the approach has decayed by exp(-2 * 8^2)
+    creeping = 8.0
+    if pulls and exponent == VISCOELASTIC and damping > creeping:
+        return _speed(creeping, exponent, pulls) * (creeping / damping) ** 5
     return _speed(damping, exponent, pulls)
 
 
@@ -207,21 +193,11 @@ def _speed(damping: float, exponent: float, pulls: bool) -> float:
 
 @dataclass(frozen=True)
 class Parting:
-    """Two like spheres that meet head-on and part.
+    """Two like spheres that meet head-on and part."""
 
-    Parameters
-    ----------
-    restitution
-        Speed of parting over speed of closing.
-    speed
-        Speed of closing [m/s]; None where the restitution does not depend on it.
-    whose
-        Where the speed comes from; empty without one.
-    """
-
-    restitution: float
-    speed: float | None = None
-    whose: str = ""
+    restitution: float  # speed of parting over speed of closing
+    speed: float | None = None  # of closing [m/s]; None where the restitution does not depend on it
+    whose: str = ""  # where the speed comes from
 
 
 def parting(scene: Scene) -> Parting | None:

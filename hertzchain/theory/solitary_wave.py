@@ -17,27 +17,15 @@ from hertzchain.arrays import FloatArray
 from hertzchain.scene.chain import Chain, natural_units
 from hertzchain.scene.keys import Positive
 
-_POINTS_PER_GRANULE = 16  # eight points already give all digits
-
 
 @dataclass(frozen=True, eq=False)
 class SolitaryWave:
-    """A wave whose largest force is 1, in natural units.
+    """A wave whose largest force is 1, in natural units."""
 
-    Parameters
-    ----------
-    speed
-        c, granules per time unit.
-    force_integral
-        Integral of the force over x, the position in granules.
-    x, overlap
-        Position in the frame of the wave [granules] and overlap there, shape (points,).
-    """
-
-    speed: float
-    force_integral: float
-    x: FloatArray
-    overlap: FloatArray
+    speed: float  # c, granules per time unit
+    force_integral: float  # integral of the force over x
+    x: FloatArray  # position in the frame of the wave [granules], shape (points,)
+    overlap: FloatArray  # there, shape (points,)
 
     @property
     def shift(self) -> float:
@@ -57,10 +45,10 @@ def solitary_wave() -> SolitaryWave:
     A step convolves r^(3/2) with the kernel, as a product with sinc^2 in Fourier space, and scales
     the result back to height 1; the scale tends to c^2.
     """
-    # Granules on either side; beyond them the wave is below 1e-300
-    points = 2 * 16 * _POINTS_PER_GRANULE
-    x = (np.arange(points) - points // 2) / _POINTS_PER_GRANULE
-    kernel = np.sinc(np.fft.rfftfreq(points, 1 / _POINTS_PER_GRANULE)) ** 2
+    per_granule = 16  # points; eight already give all digits
+    points = 2 * 16 * per_granule  # beyond 16 granules on either side the wave is below 1e-300
+    x = (np.arange(points) - points // 2) / per_granule
+    kernel = np.sinc(np.fft.rfftfreq(points, 1 / per_granule)) ** 2
     overlap = np.exp(-(x**2))
     for _ in range(200):
         following = np.fft.irfft(np.fft.rfft(overlap**1.5) * kernel, points).clip(min=0)
@@ -71,7 +59,7 @@ def solitary_wave() -> SolitaryWave:
         overlap = following
     for values in (x, following):  # shared by all callers
         values.setflags(write=False)
-    integral = float(np.sum(following**1.5)) / _POINTS_PER_GRANULE
+    integral = float(np.sum(following**1.5)) / per_granule
     return SolitaryWave(float(np.sqrt(square_speed)), integral, x, following)
 
 

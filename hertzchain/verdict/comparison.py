@@ -8,7 +8,7 @@ The formulas never decide.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Annotated, Any
 
 from numpy.typing import ArrayLike
@@ -16,16 +16,27 @@ from numpy.typing import ArrayLike
 from hertzchain.arrays import or_none
 from hertzchain.engines.external.accuracy import usual_accuracy
 from hertzchain.engines.lammps.backend import Lammps
+from hertzchain.engines.lammps.reading.deck import FoundDeck
 from hertzchain.engines.native.backend import Native
 from hertzchain.engines.registry import ENGINES, Simulator, compared_by_default, label_of, others
 from hertzchain.errors import BackendMissing, OverlapTooLarge, RunFailed, TooExpensive, require
-from hertzchain.limits import TIME_LIMIT
+from hertzchain.examiner.examining import case_of_generated
+from hertzchain.examiner.probes import checks_of, probes_of
+from hertzchain.limits import TIME_LIMIT, Deadline
 from hertzchain.observables.result import Result, context_of
 from hertzchain.progress import ShowProgress, telling
 from hertzchain.scene.scene import Scene, SceneLike, to_scene
 from hertzchain.shown import ShownVerdict
-from hertzchain.verdict.check import FAILED, NOT_RUN, Check, Formulas, formulas, unmeasured
-from hertzchain.verdict.generated_deck import examined
+from hertzchain.verdict.check import (
+    FAILED,
+    NOT_RUN,
+    Check,
+    Formulas,
+    Kind,
+    formulas,
+    unmeasured,
+    within,
+)
 from hertzchain.verdict.run_checks import (
     as_written_check,
     balance_checks,
@@ -228,3 +239,40 @@ def _reference(given: Mapping[str, Simulator | None]) -> Native:
     reference = Native("reference", time_limit=native.time_limit)
     require(native == reference, "engines", native, allowed)
     return reference
+
+
+_DECK_ADVICE = (
+    "LAMMPS built something other than the scene from the deck: `hertzchain deck` writes the deck,"
+    " `hertzchain lint` points at what is wrong in it"
+)
+
+
+def examined(scene: Scene, lammps: Lammps) -> list[Check]:
+    """Check each number of the generated deck of a scene, as LAMMPS has it before the run."""
+    try:
+        return number_checks(scene, lammps.examine(scene), lammps.time_limit)
+    except RunFailed as problem:
+        return [unmeasured(Kind("not examined", _DECK_ADVICE), "lammps", str(problem))]
+
+
+def number_checks(scene: Scene, deck: FoundDeck, time_limit: float = 60.0) -> list[Check]:
+    """Return a check of each number that applies to a scene, by the probes for users' decks."""
+    case = case_of_generated(scene, deck, Deadline(time_limit))
+    checks: list[Check] = []
+    for probe in probes_of(case):
+        several = checks_of(case, probe)
+        if not several:
+            continue
+        worst = next((number for number in several if number.differs), several[0])
+        kind = Kind(f"{probe.name} [{probe.unit}]" if probe.unit else probe.name, _DECK_ADVICE)
+        reason = "only round-off may differ" + (f"; {worst.sentence}" if worst.differs else "")
+        if worst.measured is None or worst.expected is None:
+            check = unmeasured(kind, "lammps", reason)
+        else:
+            numbers = float(worst.measured), float(worst.expected), worst.room or 0.0
+            check = within(kind, "lammps", *numbers, reason)
+            check = replace(check, passed=not worst.differs)
+        checks.append(check)
+        if len(checks) == 1 and not check.passed:  # of another chain the rest tells nothing
+            break
+    return checks

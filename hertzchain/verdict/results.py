@@ -6,11 +6,12 @@ import io
 import itertools
 import math
 import os
+import re
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
+from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -32,9 +33,6 @@ from hertzchain.verdict.judgement import Judgement, judged
 
 if TYPE_CHECKING:
     import pandas
-
-
-_FEWEST_SAMPLES = 7  # samples: a curve of sixth degree goes through so many
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,41 +62,35 @@ def last_digit(values: FloatArray) -> float:
 
 @dataclass(frozen=True, eq=False)
 class Sampled:
-    """Given peaks, with the errors that the sampling interval causes.
-
-    ``error`` is the relative error of each by the interval of the samples and the digits of forces;
-    0 for peaks that are given as such.
-    """
+    """Given peaks, with the errors that the sampling interval causes."""
 
     peak_force: FloatArray  # of all contacts [N], shape (contacts,), NaN where there is none
-    error: FloatArray  # shape (contacts,)
-    how: str = ""  # how they were found; empty for peaks that are given as such
+    error: FloatArray | None = None  # relative, shape (contacts,); None for peaks given as such
+    how: str = ""  # how peaks were determined from samples
 
 
-def peaks_of(scene: Scene, motion: Motion, file: object) -> Sampled:
+def peaks_of(scene: Scene, motion: Motion) -> Sampled:
     """Return the peaks of a run; a SceneError says why there are none."""
-    if scene.near_wall is not None:
-        allowed = "has no force of a near wall: give peaks with the numbers of contacts instead"
-        raise SceneError("", None, allowed, file=str(file))
+    allowed = "has no force of a near wall: give peaks with the numbers of contacts instead"
+    require(scene.near_wall is None, "", None, allowed)
     # A code writes a sample twice, at the end of a run and at the start of the next.
     once = np.append(True, np.diff(motion.time) != 0)
     time = motion.time[once]
     repeated = np.abs(np.diff(motion.net_force[:, 1:], axis=0))[~once[1:]]
     # Largest difference of two samples of the same time, over the largest force: dampers act with
     # velocities half a step apart in them. On granule 1 a force may begin between them.
-    if np.max(repeated, initial=0.0) > 0.05 * np.max(np.abs(motion.net_force)):
-        allowed = "has two different samples of one time: give the samples of one run"
-        raise SceneError("", None, allowed, file=str(file))
-    if time.size < _FEWEST_SAMPLES:
-        allowed = (
-            f"has {time.size} samples of the run, must have at least {_FEWEST_SAMPLES}: name all"
-            " files of a dump that has one for each frame"
-        )
-        raise SceneError("", None, allowed, file=str(file))
-    if not np.all(np.diff(time) > 0):
-        allowed = "has times that do not increase: give the samples of one run"
-        raise SceneError("", None, allowed, file=str(file))
-    forces = _contact_forces(scene, time, motion, motion.net_force[once], file)
+    is_one_run = np.max(repeated, initial=0.0) <= 0.05 * np.max(np.abs(motion.net_force))
+    allowed = "has two different samples of one time: give the samples of one run"
+    require(bool(is_one_run), "", None, allowed)
+    fewest = 7  # samples: a curve of sixth degree goes through so many
+    allowed = (
+        f"has {time.size} samples of the run, must have at least {fewest}: name all files of a dump"
+        " that has one for each frame"
+    )
+    require(time.size >= fewest, "", None, allowed)
+    allowed = "has times that do not increase: give the samples of one run"
+    require(bool(np.all(np.diff(time) > 0)), "", None, allowed)
+    forces = _contact_forces(scene, time, motion.is_clock, motion.net_force[once])
     peaks, error = _through_samples(time, forces)
     # Last digits that rounded forces cost a peak at most: sums of a few (chosen)
     error = error + 2.0 * motion.grain / np.where(peaks > 0, peaks, np.inf)
@@ -109,25 +101,22 @@ def peaks_of(scene: Scene, motion: Motion, file: object) -> Sampled:
         f" by up to {largest:.1e} for that"
     )
     # The force on a wall is in no dump of granules.
-    unknown = np.full(len(scene.contacts) - peaks.size, np.nan)
-    return Sampled(np.append(peaks, unknown), np.append(error, np.zeros_like(unknown)), how)
+    unknown = len(scene.contacts) - peaks.size
+    given = np.append(peaks, np.full(unknown, np.nan))
+    return Sampled(given, np.append(error, np.zeros(unknown)), how)
 
 
 def _contact_forces(
-    scene: Scene, time: FloatArray, motion: Motion, net_force: FloatArray, file: object
+    scene: Scene, time: FloatArray, is_clock: bool, net_force: FloatArray
 ) -> FloatArray:
     """Return the force in each contact between granules [N], (samples, contacts)."""
     from_contacts = net_force - scene.granules.constant_force
     if scene.wall is None:
         return np.ascontiguousarray(np.cumsum(from_contacts[:, :0:-1], axis=1)[:, ::-1])
-    if scene.piston is not None:
-        allowed = "has net forces, which do not tell contact forces between a piston and a wall"
-        raise SceneError("", None, allowed, file=str(file))
-    applied = np.zeros(time.size)
-    if scene.ramps:
-        if not motion.is_clock:
-            raise SceneError("", None, "has steps and no times: give --dt", file=str(file))
-        applied = scene.applied_force(time)
+    allowed = "has net forces, which do not tell contact forces between a piston and a wall"
+    require(scene.piston is None, "", None, allowed)
+    require(is_clock or not scene.ramps, "", None, "has steps and no times: give --dt")
+    applied = scene.applied_force(time) if scene.ramps else np.zeros(time.size)
     return applied[:, np.newaxis] - np.cumsum(from_contacts[:, :-1], axis=1)
 
 
@@ -191,128 +180,103 @@ def _highest(time: FloatArray, values: FloatArray, at: int, beside: int) -> floa
     return float(max([values[at], *curve(near)]))
 
 
-_PLACES, _FORCES = (("x", "y", "z"), ("xu", "yu", "zu")), (("fx", "fy", "fz"),)
-
-
 def is_dump(text: str) -> bool:
     """Return whether the text of a file is a LAMMPS dump."""
     return text[:1000].lstrip()[:5] == "ITEM:"
 
 
-class _Frame(NamedTuple):
-    """A frame, as written: places and forces of the granules, by id, have shape (granules, 3)."""
+_FRAME = re.compile(
+    r"\s*(?:ITEM: UNITS\s+\S+\s+)?(?:ITEM: TIME\s+(?P<time>-?\d+(?:\.\d*)?(?:e[-+]?\d+)?)\s+)?"
+    r"ITEM: TIMESTEP\s+(?P<step>\d+)\s+ITEM: NUMBER OF .*\s+(?P<count>\d+)\s+"
+    r"(?:ITEM: BOX.*\n(?:(?!ITEM:).*\n)*)?"
+    r"ITEM: (?:ATOMS|ENTRIES)(?P<names>.*)\n?(?P<rows>(?:(?!ITEM:).+\n?|\n)*)"
+)
+"""A frame of a text dump, as the dump styles ``custom`` and ``local`` write it."""
 
-    step: float
-    time: float  # NaN where the dump has none
-    place: FloatArray
-    force: FloatArray
+_CUT_OFF = "ends in the middle, or has other rows there: is the file cut off?"
 
 
-def motion_of(
-    texts: Sequence[str], granules: int, units: Units, dt: float | None, file: str
-) -> Motion:
+def motion_of(texts: Sequence[str], granules: int, units: Units, dt: float | None) -> Motion:
     """Return the net forces in the frames of one dump, from the pushed end of the chain on.
 
     It may lie along any axis, be pushed at either end, and have its frames in many texts. A
     SceneError says what cannot be used.
     """
-    frames = sorted(
-        (frame for text in texts for frame in _frames_of(text, granules, file)),
-        key=lambda frame: frame.step,
+    import pandas
+
+    frames, rows = _frames_of(texts, granules)
+    names = frames[0]["names"].split()
+    vectors = [*_vectors_in(names)[0], *_vectors_in(names)[1]]
+    used = [name for name in ("id", *vectors) if name in names]
+    try:
+        values = np.loadtxt(rows, usecols=[names.index(name) for name in used], comments=None)
+    except ValueError:  # a word
+        values = np.full((len(rows), len(used)), np.nan)
+    allowed = f"must have finite numbers in the columns {', '.join(used)}"
+    require(bool(np.all(np.isfinite(values))), "", None, allowed)
+    table = pandas.DataFrame(values, columns=used).reindex(columns=["id", *vectors], fill_value=0.0)
+    for name in ("step", "time"):
+        table[name] = np.repeat([float(frame[name] or "nan") for frame in frames], granules)
+    # A frame may be in the file of another run, too.
+    table["frame"] = np.repeat(np.arange(len(frames)), granules)
+    table = table.sort_values(["step", "frame", "id"])
+    place, force = (
+        table[some].to_numpy().reshape(len(frames), granules, 3)
+        for some in (vectors[:3], vectors[3:])
     )
-    step, time, place, force = map(np.array, zip(*frames, strict=True))
-    axis = _axis(place[0] * units.length, file)
-    order = np.argsort(place[0, :, axis], kind="stable")
-    net = np.ascontiguousarray(force[:, order, axis])
+    step, time = table[["step", "time"]].to_numpy()[::granules].T
+    extent = np.ptp(place[0] * units.length, axis=0)
+    across, along = np.sort(extent)[1:]
+    allowed = (
+        f"has granules that are not in a row along x, y or z: they differ by {across:.3g} m across"
+        " it"
+    )
+    # Most width of a chain over its length (chosen)
+    require(bool(across <= 1e-3 * along), "", None, allowed)
+    axis = int(np.argmax(extent))
+    net = np.ascontiguousarray(force[:, np.argsort(place[0, :, axis], kind="stable"), axis])
     if pushed_at_the_end(net):
         net = -net[:, ::-1]
-    is_timed = not np.isnan(time).any()
+    is_timed = bool(np.all(np.isfinite(time)))
     clock = time * units.time if is_timed else step if dt is None else step * dt
     is_clock = is_timed or dt is not None
     return Motion(clock, is_clock, net * units.force, last_digit(net) * units.force)
 
 
-def _frames_of(text: str, granules: int, file: str) -> list[_Frame]:
-    frames: list[_Frame] = []  # ASE's reader has no times, needs types, accepts half a frame
-    items: dict[str, tuple[list[str], list[list[str]]]] = {}
-    for item in text.split("ITEM:")[1:]:
-        head, *lines = item.splitlines() or [""]
-        kind, *words = head.split() or [""]
-        items[kind] = words, [line.split() for line in lines if line.strip()]
-        if kind in ("ATOMS", "ENTRIES"):
-            frames.append(_frame(items, granules, f"{file}, frame {len(frames) + 1}"))
-            items = {}
-    if items:
-        raise _cut_off(f"{file}, frame {len(frames) + 1}")
-    return frames
+def _vectors_in(names: Sequence[str]) -> list[tuple[str, ...]]:
+    """Return the columns of places and of forces in a dump; empty where it has none."""
+    vectors = (("x", "y", "z"), ("xu", "yu", "zu")), (("fx", "fy", "fz"),)
+    return [next((three for three in each if {*three} & {*names}), ()) for each in vectors]
 
 
-def _cut_off(where: str) -> SceneError:
-    allowed = "ends in the middle, or has other rows there: is the file cut off?"
-    return SceneError("", None, allowed, file=where)
-
-
-def _frame(
-    items: dict[str, tuple[list[str], list[list[str]]]], granules: int, where: str
-) -> _Frame:
-    """Return a frame of its items, each with the words after its name and those of the lines."""
-    names, rows = items.get("ATOMS", ([], []))
-    columns = [
-        next((three for three in vectors if {*three} & {*names}), ())
-        for vectors in (_PLACES, _FORCES)
-    ]
-    if "id" not in names or not all(columns):
-        allowed = "must have the columns id, x (or xu), fx of granules, or those of y or z"
-        raise SceneError("", None, allowed, file=where)
-    step, time, count = (
-        _number((items.get(name, ([], []))[1] or [[]])[0])
-        for name in ("TIMESTEP", "TIME", "NUMBER")
-    )
-    is_whole = len(rows) == count and all(len(row) == len(names) for row in rows)
-    if not is_whole or not np.isfinite(step) or ("TIME" in items and not np.isfinite(time)):
-        raise _cut_off(where)
-    if len(rows) != granules:
-        allowed = (
-            f"has {len(rows)} granules, the scene {granules}: dump those of the chain alone, all of"
-            " them"
-        )
-        raise SceneError("", None, allowed, file=where)
-
-    def numbers(*wanted: str) -> FloatArray:
-        places = [names.index(name) if name in names else None for name in wanted]
-        values = np.array(
-            [[0.0 if k is None else _number(row[k : k + 1]) for k in places] for row in rows]
-        )
-        if not np.all(np.isfinite(values)):
-            allowed = f"must have finite numbers in the columns {', '.join(wanted)}"
-            raise SceneError("", None, allowed, file=where)
-        return values
-
-    order = np.argsort(numbers("id")[:, 0])
-    place, force = (numbers(*three)[order] for three in columns)
-    return _Frame(step, time, place, force)
-
-
-def _number(words: Sequence[str]) -> float:
-    """Return the only word as a number; NaN if there is not one."""
-    try:
-        return float(words[0]) if len(words) == 1 and "_" not in words[0] else math.nan
-    except (ValueError, IndexError):
-        return math.nan
-
-
-def _axis(place: FloatArray, file: str) -> int:
-    """Return the axis that granules lie along."""
-    extent = np.ptp(place, axis=0)
-    across, along = np.sort(extent)[1:]
-    # Most width of a chain over its length (chosen)
-    if across > 1e-3 * along:
-        allowed = (
-            f"has granules that are not in a row along x, y or z: they differ by {across:.3g} m"
-            " across it"
-        )
-        raise SceneError("", None, allowed, file=file)
-    return int(np.argmax(extent))
+def _frames_of(texts: Sequence[str], granules: int) -> tuple[list[re.Match[str]], list[str]]:
+    """Return the frames of a dump and the rows of all of them."""
+    frames, rows = list[re.Match[str]](), list[str]()
+    for text in map(str.strip, texts):
+        at = 0
+        while at < len(text):
+            frame, place = _FRAME.match(text, at), f"frame {len(frames) + 1}"
+            if frame is None:
+                raise SceneError(place, None, _CUT_OFF)
+            names, lines = frame["names"].split(), frame["rows"].strip().splitlines()
+            allowed = (
+                "must have the columns id, x (or xu), fx of granules, or those of y or z, the same"
+                " as other frames"
+            )
+            is_alike = not frames or frame["names"] == frames[0]["names"]
+            require(is_alike and "id" in names and all(_vectors_in(names)), place, None, allowed)
+            is_whole = str(len(lines)) == frame["count"]
+            is_whole = is_whole and all(len(line.split()) == len(names) for line in lines)
+            require(is_whole, place, None, _CUT_OFF)
+            allowed = (
+                f"has {len(lines)} granules, the scene {granules}: dump those of the chain alone,"
+                " all of them"
+            )
+            require(len(lines) == granules, place, None, allowed)
+            frames.append(frame)
+            rows += lines
+            at = frame.end()
+    return frames, rows
 
 
 def pushed_at_the_end(force: FloatArray) -> bool:
@@ -336,6 +300,8 @@ def read(scene: Scene, results: Source, units: str, dt: float | None) -> Sampled
 
     A SceneError says what cannot be used, and why.
     """
+    import pandas
+
     require(units in UNITS, "units", units, f"must be one of {', '.join(UNITS)}")
     if isinstance(results, str | os.PathLike):
         results = [results]
@@ -343,10 +309,11 @@ def read(scene: Scene, results: Source, units: str, dt: float | None) -> Sampled
     if is_list and all(isinstance(path, str | os.PathLike) for path in results):
         return _of_files(scene, [Path(path) for path in results], units, dt)
     require(units == "si", "units", units, "is for dumps: leave it out, and give forces in N")
-    if hasattr(results, "select_dtypes"):
-        return _of_table(scene, results, "the table")
-    peaks = of_mapping(results, scene) if isinstance(results, Mapping) else results
-    return Sampled(peaks, np.zeros(0))
+    if isinstance(results, Mapping):
+        results = pandas.DataFrame([*results.items()], columns=COLUMNS)
+    if not hasattr(results, "select_dtypes"):
+        return Sampled(results)
+    return _of_table(scene, results, "the table")
 
 
 def _of_files(scene: Scene, paths: Sequence[Path], units: str, dt: float | None) -> Sampled:
@@ -359,12 +326,14 @@ def _of_files(scene: Scene, paths: Sequence[Path], units: str, dt: float | None)
         if not is_dump(texts[-1]) and len(paths) > 1:
             allowed = "is not a LAMMPS dump: several files must be the frames of one dump"
             raise SceneError("", None, allowed, file=path)
-    if is_dump(texts[0]):
-        motion = motion_of(texts, scene.chain.granules, UNITS[units], dt, file)
-        return peaks_of(scene, motion, file)
-    allowed = f"is for dumps: {COLUMNS[1]} of a table is in N"
-    require(units == "si", "units", units, allowed)
-    return _of_table(scene, _table_in(texts[0], file), file)
+    if not is_dump(texts[0]):
+        allowed = f"is for dumps: {COLUMNS[1]} of a table is in N"
+        require(units == "si", "units", units, allowed)
+        return _of_table(scene, _table_in(texts[0], file), file)
+    try:
+        return peaks_of(scene, motion_of(texts, scene.chain.granules, UNITS[units], dt))
+    except SceneError as problem:
+        raise problem.in_file(Path(file)) from None
 
 
 def _text_of(path: Path, most: int) -> str:
@@ -385,10 +354,11 @@ def _table_in(text: str, file: str) -> pandas.DataFrame:
     """Return the words of a CSV file, whose header may be a comment; decimal commas as points."""
     import pandas
 
-    above = itertools.takewhile(_is_above_the_header, text.splitlines(keepends=True))
+    above = [*itertools.takewhile(_is_above_the_header, text.splitlines(keepends=True))]
     text = text[sum(map(len, above)) :].removeprefix("#").lstrip(" ")
     head = text.partition("\n")[0]
     separator = next((sign for sign in ";\t," if sign in head), r"\s+")
+    needed = f"must be a CSV file with a header that names {' and '.join(COLUMNS)}, or a dump"
     try:
         with warnings.catch_warnings():  # of rows that are longer than the header
             warnings.simplefilter("error", pandas.errors.ParserWarning)
@@ -397,15 +367,20 @@ def _table_in(text: str, file: str) -> pandas.DataFrame:
                 index_col=False, skipinitialspace=True,
             )  # fmt: skip
     except (ValueError, pandas.errors.ParserWarning) as problem:
-        said = " ".join(str(problem).split())
-        allowed = f"is no CSV file ({said}), must be one with {' and '.join(COLUMNS)}, or a dump"
-        raise SceneError("", None, allowed, file=file) from None
+        line = re.search(r"line (\d+), saw", str(problem))
+        where = f"line {int(line[1]) + len(above)}" if line else "a row"
+        what = f"is no table: {where} has more cells than the first" if head else "is empty"
+        raise SceneError("", None, f"{what}, {needed}", file=file) from None
     table.columns = [str(name).strip() for name in table.columns]
+    if pandas.to_numeric(table.columns.to_series(), errors="coerce").notna().all():
+        raise SceneError("", None, f"has no header, {needed}", file=file)
     for name in set(COLUMNS) & set(table.columns) if separator != "," else ():
         words = table[name]
         commas = words.str.contains(",", regex=False)
         decimal, others = words[commas], words[~commas]
-        if decimal.size and decimal.str.fullmatch(_GROUPED).all() and others.str.isdecimal().any():
+        # 1,234 may have a decimal comma if no other number is whole.
+        is_grouped = decimal.str.fullmatch(r"\d{1,3}(,\d{3})+").all()
+        if decimal.size and is_grouped and others.str.isdecimal().any():
             allowed = "may have a comma of thousands: leave it out, and write decimals with a point"
             raise SceneError(name, decimal.iloc[0], allowed, file=file)
         if not words.str.contains(".", regex=False).any():
@@ -418,85 +393,58 @@ def _is_above_the_header(line: str) -> bool:
     return line.strip()[:1] in ("", "#") and COLUMNS[1] not in line
 
 
-_GROUPED = r"\d{1,3}(,\d{3})+"
-"""A number with commas of thousands; 1,234 may have a decimal comma if no other is whole."""
-
-
 def _of_table(scene: Scene, table: pandas.DataFrame, file: str) -> Sampled:
-    """Return the peaks in a table."""
+    """Return the peaks in a table; contacts without one have NaN."""
     import pandas
 
     names = [str(name) for name in table.columns]
     # The second of a name has .1 added.
     if any(names.count(name) != 1 or f"{name}.1" in names for name in COLUMNS):
         shown = ", ".join(repr(name[:_MOST_CELL_CHARS]) for name in names[:8])
-        allowed = f"has the columns {shown}, must have {' and '.join(COLUMNS)}"
-        allowed += (
-            " (contact 2 is that of granules 1 and 2), once each, or be a dump of LAMMPS with id,"
-            " x, fx; pulses (hc.judge_trains) stand in contact or granule and force_N; forces over"
-            " time (hc.judge_traces) in time_s and contact_2_N, contact_3_N, ...: else name them"
-            " with --column time=... --column gauge_16=..."
+        allowed = (
+            f"has the columns {shown}, must have {' and '.join(COLUMNS)} (contact 2 is that of"
+            " granules 1 and 2), once each, or be a dump of LAMMPS with id, x, fx; pulses"
+            " (hc.judge_trains) stand in contact or granule and force_N; forces over time"
+            " (hc.judge_traces) in time_s and contact_2_N, contact_3_N, ...: else name them with"
+            " --column time=... --column gauge_16=..."
         )
         raise SceneError("", None, allowed, file=file)
-    values = []
+
+    def check(
+        passed: NDArray[np.bool_], column: str, cells: Sequence[object], allowed: str
+    ) -> None:
+        for row in np.flatnonzero(~passed)[:1].tolist():
+            raise SceneError(f"{column} in row {row + 1}", cells[row], allowed, file=file)
+
+    numbers = []
     for name in COLUMNS:
         words = table[table.columns[names.index(name)]]
-        numbers = pandas.to_numeric(words, errors="coerce").to_numpy(np.float64)
-        wrong = np.flatnonzero(~np.isfinite(numbers))
-        if wrong.size:
-            word = str(words.iloc[int(wrong[0])])[:_MOST_CELL_CHARS]
-            key = f"{name} in row {int(wrong[0]) + 1}"
-            raise SceneError(key, word, "must be a finite number", file=file)
-        values.append(numbers)
+        values = pandas.to_numeric(words, errors="coerce").to_numpy(np.float64)
+        cells = [str(word)[:_MOST_CELL_CHARS] for word in words]
+        check(np.isfinite(values), name, cells, "must be a finite number")
+        numbers.append(values)
+    contacts, forces = numbers
     if table.empty:
-        raise SceneError("", None, "has no row of numbers", file=file)
-    peaks = by_contact(values[0], values[1], scene, file)
-    return Sampled(peaks, np.zeros_like(peaks))
-
-
-def of_mapping(given: Mapping[int, float], scene: Scene) -> FloatArray:
-    """Return the peaks of a mapping from contacts to forces [N]."""
-    try:
-        contacts, forces = np.array([*given.items()], np.float64).reshape(-1, 2).T
-    except (TypeError, ValueError):
-        raise SceneError("peak_force", None, "must map contacts to forces [N]") from None
-    return by_contact(contacts, forces, scene, None)
-
-
-def by_contact(
-    contacts: FloatArray, forces: FloatArray, scene: Scene, file: str | None
-) -> FloatArray:
-    """Return peaks [N], (contacts,), NaN for missing ones, of forces with numbers of contacts."""
+        raise SceneError("", None, "has no peak, must have one of a contact at least", file=file)
     first, last = scene.contacts[0], scene.last_contact
+    allowed = (
+        f"must be a whole number from {first} to {last}: contact 2 lies between granules 1 and 2"
+    )
+    whole = [int(contact) if contact.is_integer() else contact for contact in contacts.tolist()]
+    check(np.isin(contacts, scene.contacts), COLUMNS[0], whole, allowed)
+    allowed = (
+        "is given twice: several pulses of a contact stand in the columns contact and force_N"
+        " (hc.judge_trains)"
+    )
+    check(~pandas.Series(contacts).duplicated().to_numpy(), COLUMNS[0], whole, allowed)
+    allowed = (
+        "must be finite and at least 0 [N]: turn the sign where forces that press are negative,"
+        " leave out contacts without a peak"
+    )
+    check(forces >= 0, COLUMNS[1], forces.tolist(), allowed)
     peaks = np.full(len(scene.contacts), np.nan)
-    for row, (contact, force) in enumerate(zip(contacts.tolist(), forces.tolist(), strict=True), 1):
-        key: str
-        wrong: Any
-        if contact not in scene.contacts:
-            key, wrong = "contact", int(contact) if contact.is_integer() else contact
-            allowed = (
-                f"must be a whole number from {first} to {last}: contact 2 lies between granules 1"
-                " and 2"
-            )
-        elif not np.isnan(peaks[int(contact) - first]):
-            key, wrong, allowed = "contact", int(contact), _TWICE
-        elif not 0 <= force < np.inf:
-            key, wrong = "peak_force", force
-            allowed = (
-                "must be finite and at least 0 [N]: turn the sign where forces that press are"
-                " negative, leave out contacts without a peak"
-            )
-        else:
-            peaks[int(contact) - first] = force
-            continue
-        raise SceneError(key if file is None else f"{key} in row {row}", wrong, allowed, file=file)
-    return peaks
-
-
-_TWICE = (
-    "is given twice: several pulses of a contact stand in the columns contact and force_N"
-    " (hc.judge_trains)"
-)
+    peaks[contacts.astype(np.intp) - first] = forces
+    return Sampled(peaks)
 
 
 Results = Annotated[Path | str | Sequence[Path | str] | Mapping[int, float] | ArrayLike, read]
@@ -553,11 +501,10 @@ def judge(
     with telling(progress) as report_progress:
         report_progress("reading results")
         given = read(scene, results, units, dt)
-        sampling = given.error if given.how else None
         judgement = judged(
-            scene, given.peak_force, tolerance, dt, sampling, time_limit, report_progress
+            scene, given.peak_force, tolerance, dt, given.error, time_limit, report_progress
         )
-    if not given.how:
+    if given.error is None:
         return judgement
     remarks = [given.how]
     if judgement.sampled_too_rarely:
@@ -628,8 +575,17 @@ def judge_trains(
         If the reference cannot be computed.
     """
     check_tolerance(tolerance)
-    scene = to_scene(scene)
-    measured = _measured(scene, pulses)
+    scene, file = to_scene(scene), "the table"
+    table: Source = pulses
+    if isinstance(pulses, Path | str):
+        file, table = (
+            str(pulses),
+            _table_in(_text_of(Path(pulses), LARGEST_FILES_BYTES), str(pulses)),
+        )
+    try:
+        measured = _measured(scene, table)
+    except SceneError as problem:
+        raise problem.in_file(Path(file)) from None
     gauges = (gauge for gauge in measured if gauge.granule is not None)
     with telling(progress) as report_progress:
         report_progress("native: the reference method")
@@ -646,50 +602,44 @@ def judge_trains(
     return TrainJudgement(reference, float(tolerance), tuple(checks))
 
 
-def _measured(scene: Scene, pulses: Source) -> dict[Gauge, dict[str, FloatArray]]:
+def _measured(scene: Scene, table: Source) -> dict[Gauge, dict[str, FloatArray]]:
     """Return the columns of the pulses of each contact or granule; SceneError if unusable."""
     import pandas
 
-    file, table = None, pulses
-    if not hasattr(pulses, "columns"):
-        file = str(pulses)
-        table = _table_in(_text_of(Path(pulses), LARGEST_FILES_BYTES), file)
-    if not is_train(list(table.columns)):
-        allowed = "must have the columns contact or granule, and force_N"
-        raise SceneError("pulses", None, allowed, file=file)
-    columns = [name for name in (*_TRAIN_PLACES, _FORCE, *_TIMES) if name in table]
+    allowed = "must have the columns contact or granule, and force_N"
+    require(is_train(list(table.columns)), "pulses", None, allowed)
+    usual = (*_TRAIN_PLACES, _FORCE, *_TIMES)
     for name in table.columns:
-        if name not in (*columns, *TRAIN_COLUMNS):
-            allowed = f"must be {', '.join((*_TRAIN_PLACES, _FORCE, *_TIMES))}"
-            raise SceneError("column", name, allowed, file=file)
+        allowed = f"must be {', '.join(usual)}"
+        require(name in (*usual, *TRAIN_COLUMNS), "column", name, allowed)
+    columns = [name for name in usual if name in table]
     cells = table[columns].reset_index(drop=True).replace(r"^\s*$", np.nan, regex=True)
     table = cells.apply(pandas.to_numeric, errors="coerce").astype(float)
     for name in columns:
         is_needed = np.full(len(table), name in (_FORCE, "time_s")) | cells[name].notna()
         is_possible = np.isfinite(table[name]) & ((table[name] > 0) | (name == "time_s"))
-        for row in np.flatnonzero(is_needed & ~is_possible):
-            allowed = "must be a finite number" + (" above 0" if name != "time_s" else "")
-            key = f"{name} in row {row + 1}"
-            raise SceneError(key, cells[name].iloc[row], allowed, file=file)
+        allowed = "must be a finite number" + (" above 0" if name != "time_s" else "")
+        for row in np.flatnonzero(is_needed & ~is_possible).tolist():
+            raise SceneError(f"{name} in row {row + 1}", cells[name].iloc[row], allowed)
     places = [name for name in columns if name in _TRAIN_PLACES]
-    for row in np.flatnonzero(table[places].notna().sum(axis=1) != 1):
+    for row in np.flatnonzero(table[places].notna().sum(axis=1) != 1).tolist():
         allowed = "must have a contact or a granule, and not both"
-        raise SceneError(f"row {row + 1}", None, allowed, file=file)
+        raise SceneError(f"row {row + 1}", None, allowed)
     trains: dict[Gauge, dict[str, FloatArray]] = {}
     for key in places:
-        for number, rows in table[table[key].notna()].groupby(key, sort=False):
+        for number, rows in table.groupby(key, sort=False):
             try:
                 gauge = Gauge(**{key: int(number) if float(number).is_integer() else number})
                 gauge.check(
                     scene.chain.granules, scene.wall is not None, scene.near_wall is not None
                 )
-            except SceneError as wrong_place:
+            except SceneError as problem:
                 where = f"{key} in row {rows.index[0] + 1}"
-                raise SceneError(where, number, wrong_place.allowed, file=file) from None
-            trains[gauge] = {name: rows[name].to_numpy() for name in columns if name not in places}
-            if np.any(np.diff(trains[gauge].get("time_s", ())) <= 0):
-                allowed = f"must increase from pulse to pulse of {gauge.place}"
-                raise SceneError("time_s", None, allowed, file=file)
+                raise SceneError(where, number, problem.allowed) from None
+            train = {name: rows[name].to_numpy() for name in columns if name not in places}
+            allowed = f"must increase from pulse to pulse of {gauge.place}"
+            require(bool(np.all(np.diff(train.get("time_s", ())) > 0)), "time_s", None, allowed)
+            trains[gauge] = train
     require(bool(trains), "pulses", None, "has no row with the number of a contact or granule")
     return trains
 

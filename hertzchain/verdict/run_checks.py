@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.external.accuracy import DAMPED_READINGS
-from hertzchain.engines.native.damped_verlet import simulate_damped_verlet
+from hertzchain.engines.native.backend import by_velocity_verlet
 from hertzchain.engines.native.plan import METHODS
-from hertzchain.engines.native.simulation import Simulation, simulate
 from hertzchain.errors import RunFailed
 from hertzchain.limits import TIME_LIMIT, Deadline
 from hertzchain.observables.error_bound import highest_rate
@@ -204,60 +203,58 @@ def code_checks(result: Result, reference: Result, time_limit: float) -> list[Ch
 
 def same_steps_checks(result: Result, time_limit: float = TIME_LIMIT) -> list[Check]:
     """Check a code against native velocity Verlet at the same steps, within a time limit [s]."""
-    scene, units = result.scene, result.scene.units
-    legs = _legs(result)
-    deadline = Deadline(time_limit)
-    twin = _verlet(scene, legs, deadline)
-    expected = _twin_peaks(result, legs, twin, deadline)
+    scene, units, damped = result.scene, result.scene.units, result.scene.contact is not None
+    is_extrapolated = result.method.endswith("extrapolated")
+    legs, deadline = _legs(result, is_extrapolated), Deadline(time_limit)
+    twin = by_velocity_verlet(scene, legs, deadline)
+    expected = np.asarray(twin.peaks.force)
+    if is_extrapolated:
+        coarse = by_velocity_verlet(scene, [leg.in_steps(leg.steps // 2) for leg in legs], deadline)
+        expected = expected + (expected - coarse.peaks.force) / (1 if damped else 3)  # 2^order - 1
     step = result.dt / scene.contact_time
     lost = result.lost_digits.bound if result.lost_digits is not None else 0.0
     # Error of the peaks by readings at steps of 0.01 natural units; goes as 1 / dt
     # Error of the peaks over dt^4 [natural units]: velocities are not slopes
     between = 7e-9 * max(1.0, 0.01 / step) + 0.1 * step**4
-    if scene.contact is not None:
+    if damped:
         # Overlaps bend where contacts close or open; readings there have errors of this size.
         # Extrapolation multiplies the errors of both runs, and native reads at other times: the
         # bound of the run itself includes that. States are the stricter test.
-        readings = math.inf if _is_extrapolated(result) else DAMPED_READINGS * step**2
+        readings = math.inf if is_extrapolated else DAMPED_READINGS * step**2
         between += min(readings, result.error_estimate)
     elif not scene.is_plain:
         # A contact that opens next to one at its peak increases the error by readings.
         # Error of the peaks over dt^2 [natural units], by the place of readings
         # Error of the peaks by readings at the shortest steps; measured 1.1e-7 at 0.01
-        readings = max(1e-7, 0.02 * step**2)
-        between += min(readings, result.error_estimate)
-    # Granules that damping has stopped still have the rounding errors of their coordinates.
-    least = 0.0 if scene.contact is None else 1.0
+        between += min(max(1e-7, 0.02 * step**2), result.error_estimate)
     # Steps from which on rounding errors of damped granules add up to more, as a random walk does:
     # after a million steps of granules with dashpots 1.5 times the tolerance below was measured
-    more = math.sqrt(max(1.0, result.steps / 300_000)) if scene.contact is not None else 1.0
+    more = math.sqrt(max(1.0, result.steps / 300_000)) if damped else 1.0
     # Error of the state over the bound of coordinates for peaks; measured 1.7
     state, peaks = _STATE_ROUND_OFF + 10.0 * lost * more, between + lost
     # The largest force of a contact that is still being pressed is one of the state at the end.
     expected = np.where(result.peak_passed | ~result.peak_passed.any(), expected, 0.0)
     peak_force = np.where(expected > 0, result.peak_force / units.force, 0.0)
-    motion = [
-        (result.displacement / units.length, twin.displacement[scene.first_granule :]),
-        (result.velocity / units.velocity, twin.velocity[scene.first_granule :]),
+    first = scene.first_granule
+    motions = [
+        (result.displacement / units.length, twin.displacement[first:]),
+        (result.velocity / units.velocity, twin.velocity[first:]),
     ]
-    measured = (
-        *(_largest(*pair, least) for pair in motion),
-        largest_difference(peak_force, expected),
-    )
+    measured = _differences_of([*motions, (peak_force, expected)], damped)
     remark = ""
     reason = "same scheme, same steps: only round-off may differ, and it adds up over the steps"
     if lost > 0 and not (max(measured[:2]) <= state and measured[2] <= peaks):
-        grown = _grown(scene, legs, twin, lost, deadline, least)
+        grown = _grown(scene, legs, lost * float(np.max(twin.peaks.force)) ** (2 / 3), deadline)
         if max(grown) > lost:
             state = max(state, _GROWTH_FACTOR * max(grown[:2]))
             peaks = max(peaks, between + _GROWTH_FACTOR * grown[2])
             reason += f"; late collisions multiply any difference by {max(grown) / lost:.0f}"
             if max(state, peaks) > GROSS_ERROR:
                 remark = "late collisions amplify rounding errors, so that only gross errors show"
-    places = (
-        *(f"granule {farthest(*pair) + 1}" for pair in motion),
-        scene.contact_name(scene.contacts[_farthest_peak(peak_force, expected)]),
-    )
+    judged = judged_contacts(expected)
+    worst = farthest(peak_force / np.where(judged, expected, np.inf), judged.astype(np.float64))
+    places = [f"granule {farthest(*motion) + 1}" for motion in motions]
+    places.append(scene.contact_name(scene.contacts[worst]))
     checks = []
     for kind, difference, tolerance, place in zip(
         SAME_STEPS, measured, (state, state, peaks), places, strict=True
@@ -268,18 +265,14 @@ def same_steps_checks(result: Result, time_limit: float = TIME_LIMIT) -> list[Ch
     return checks
 
 
-def _is_extrapolated(result: Result) -> bool:
-    return result.method.endswith("extrapolated")
-
-
-def _legs(result: Result) -> Sequence[Leg]:
+def _legs(result: Result, is_extrapolated: bool) -> Sequence[Leg]:
     """Return the legs of a run, those of the finer run if its peaks are extrapolated.
 
     The finer run has the steps of a coarse run times a power of 2; the result counts both runs.
     """
     scene = result.scene
     finer, steps = 1, 0
-    while _is_extrapolated(result) and 3 * steps < 2 * result.steps:
+    while is_extrapolated and 3 * steps < 2 * result.steps:
         finer *= 2
         legs = [leg.in_steps(finer * leg.steps) for leg in scene.schedule(finer * result.dt)]
         steps = sum(leg.steps for leg in legs)  # never less for a coarser run
@@ -288,67 +281,40 @@ def _legs(result: Result) -> Sequence[Leg]:
     return scene.schedule(result.dt)
 
 
-def _twin_peaks(
-    result: Result, legs: Sequence[Leg], twin: Simulation, deadline: Deadline
-) -> FloatArray:
-    """Return peaks of native [natural units], extrapolated if those of the code are."""
-    if not _is_extrapolated(result):
-        return np.asarray(twin.peaks.force)
-    coarse = [leg.in_steps(leg.steps // 2) for leg in legs]
-    gain = 3 if result.scene.contact is None else 1  # 2^order - 1
-    other = _verlet(result.scene, coarse, deadline)
-    return np.asarray(twin.peaks.force + (twin.peaks.force - other.peaks.force) / gain)
-
-
-def _verlet(
-    scene: Scene, legs: Sequence[Leg], deadline: Deadline, start: FloatArray | None = None
-) -> Simulation:
-    """Run native velocity Verlet; with ``start`` all granules move from the first step on."""
-    if scene.contact is not None:
-        return simulate_damped_verlet(scene, legs, deadline, start=start)
-    return simulate(scene, legs, VELOCITY_VERLET, deadline=deadline, start=start)
-
-
-def _farthest_peak(peak_force: FloatArray, expected: FloatArray) -> int:
-    """Return the place of the judged contact whose peak differs most."""
-    judged = judged_contacts(expected)
-    return farthest(peak_force / np.where(judged, expected, np.inf), judged.astype(np.float64))
-
-
-def _grown(
-    scene: Scene,
-    legs: Sequence[Leg],
-    twin: Simulation,
-    lost: float,
-    deadline: Deadline,
-    least: float,
-) -> list[float]:
+def _grown(scene: Scene, legs: Sequence[Leg], nudge: float, deadline: Deadline) -> list[float]:
     """Return differences of displacement, velocity and peaks after a small one at the start.
 
-    ``lost`` is the difference at the start, relative to the largest overlap. The result is the
-    largest of a few trials.
+    ``nudge`` is the difference of places at the start [natural units]. The result is the largest
+    of a few trials.
     """
-    nudge = lost * float(np.max(twin.peaks.force)) ** (2 / 3)
     rng, largest = np.random.default_rng(0), np.zeros(3)
     # Number of differences tried at the start (chosen): one may grow little by chance
     for _ in range(3):
         start = np.zeros((2, scene.bodies))
         start[0] = nudge * rng.uniform(-1, 1, scene.bodies)
-        nudged, other = (_verlet(scene, legs, deadline, each) for each in (start, -start))
-        differences = (
-            _largest(nudged.displacement, other.displacement, least),
-            _largest(nudged.velocity, other.velocity, least),
-            largest_difference(nudged.peaks.force, other.peaks.force),
+        runs = [by_velocity_verlet(scene, legs, deadline, start=each) for each in (start, -start)]
+        pairs = zip(
+            *((run.displacement, run.velocity, run.peaks.force) for run in runs), strict=True
         )
-        largest = np.maximum(largest, differences)
+        largest = np.maximum(largest, _differences_of(pairs, scene.contact is not None))
     return largest.tolist()
 
 
-def _largest(measured: FloatArray, expected: FloatArray, least: float) -> float:
-    """Return the largest difference over the largest expected value, or over ``least``."""
-    largest = max(float(np.max(np.abs(expected))), least)
-    difference = float(np.max(np.abs(measured - expected)))
-    return difference / largest if largest > 0 else difference
+def _differences_of(
+    pairs: Iterable[tuple[FloatArray, FloatArray]], damped: bool
+) -> tuple[float, float, float]:
+    """Return the largest differences of displacements, of velocities and of judged peaks.
+
+    Those of motions are relative to the largest expected value. Granules that damping has stopped
+    still have the rounding errors of their coordinates: there it is at least one natural unit.
+    """
+    *motions, peaks = pairs
+    scales = [max(float(np.max(np.abs(expected))), float(damped)) for _, expected in motions]
+    u, v = (
+        float(np.max(np.abs(measured - expected))) / (scale if scale > 0 else 1.0)
+        for (measured, expected), scale in zip(motions, scales, strict=True)
+    )
+    return u, v, largest_difference(*peaks)
 
 
 def balance_checks(result: Result) -> list[Check]:

@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray, Source
 from hertzchain.engines.native.backend import Native
@@ -46,10 +45,6 @@ _COLUMN = re.compile(rf"({_SENSOR.pattern})(?:[ _/([]*[a-zA-Z]+[)\]]*)?")
 _TIME = re.compile(r"(?:time|t)(?:[ _(/\[]+(?:s|ms|us|µs|ns)[)\]]*)?", re.IGNORECASE)
 _SPEC = re.compile(r"\s*(?P<name>.*?)\s*(?:\[(?P<unit>[^\[\]]+)\])?\s*")
 
-
-_LEAST_COMMON_SHARE = 0.9
-"""Least share of a file's samples whose times all files of its record have (chosen): gaps are few,
-and a file of half the rate has half of the times."""
 
 ENOUGH_QUIET_SAMPLES = 200
 """Quiet samples that give the noise to 5 %; with fewer, second differences of all are better."""
@@ -131,6 +126,8 @@ def read_records(
     files with a gauge in common are several records. Columns and errors are those of
     ``read_traces``; in a shared record, each gauge's column is in one of the files.
     """
+    import pandas
+
     read = [_columns_of(file) for file in files]
     parts = [_columns_in(each, columns) for each in read]
     for role in columns.keys() - {role for part in parts for role in part}:
@@ -143,28 +140,33 @@ def read_records(
         said = "each file has a clock of its own" if len(read) > 1 else ""
         return [replace(records[0], clock=said), *records[1:]]
     channels = [read_traces(scene, *each) for each in zip(read, parts, strict=True)]
-    time = channels[0].time
+    first, sizes = channels[0].time, [channel.time.size for channel in channels]
     # Largest difference of times of files of one record, over a sample: digits of files (chosen)
-    off = 0.01 * float(np.median(np.diff(time)))
-    for each, other in zip(read[1:], channels[1:], strict=True):
-        time = time[np.abs(time - other.time[_nearest(other.time, time)]) <= off]
-        if time.size < _LEAST_COMMON_SHARE * max(other.time.size, channels[0].time.size):
+    off = 0.01 * float(np.median(np.diff(first)))
+    whole = pandas.DataFrame({"time": first})
+    for each, channel in zip(read, channels, strict=True):
+        names = [gauge.place for gauge in channel.gauges]
+        table = pandas.DataFrame(channel.force, columns=names).assign(time=channel.time)
+        whole = pandas.merge_asof(
+            whole,
+            table,
+            on="time",
+            direction="nearest",
+            tolerance=off,  # type: ignore[arg-type]
+        ).dropna()
+        # Least share of a file's samples whose times all files of its record have (chosen): gaps
+        # are few, and a file of half the rate has half of the times
+        if len(whole) < 0.9 * max(channel.time.size, first.size):
             raise HertzchainError(
                 f"{each.path}: has other times than {read[0].path}, and files of one record have"
                 " the same: judge each record by itself, or fit them with --own-clocks"
             )
-    forces = [channel.force[_nearest(channel.time, time)] for channel in channels]
     said = "the files are of one record, on one clock"
-    if left := max(channel.time.size for channel in channels) - time.size:
+    if left := max(sizes) - len(whole):
         said += f"; {left:,} samples that not all of them have are left out"
     noise = np.concatenate([channel.noise for channel in channels])
-    return [Traces(time, tuple(gauges), np.concatenate(forces, axis=1), noise, said)]
-
-
-def _nearest(times: FloatArray, wanted: FloatArray) -> NDArray[np.intp]:
-    """Return the places of the increasing times that are nearest to others."""
-    after = np.clip(np.searchsorted(times, wanted), 1, times.size - 1)
-    return np.where(wanted - times[after - 1] < times[after] - wanted, after - 1, after)
+    force = whole.drop(columns="time").to_numpy()
+    return [Traces(whole["time"].to_numpy(), tuple(gauges), force, noise, said)]
 
 
 def _columns_in(read: Columns, columns: Mapping[str, str]) -> dict[str, str]:
@@ -245,16 +247,13 @@ def gauge_of(role: str, scene: Scene, where: str = "column") -> Gauge:
     """Return the gauge of a column, or of ``where`` it is named; SceneError if there is none."""
     allowed = "must be gauge_ and the number of a granule, contact_ and its number, wall, near_wall"
     require(_SENSOR.fullmatch(role) is not None, where, role, allowed)
+    walls = {"wall": (scene.wall, scene.last_contact), "near_wall": (scene.near_wall, 1)}
+    if role in walls:
+        wall, contact = walls[role]
+        require(wall is not None, role, None, f"is not a gauge of a scene without [{role}]")
+        return Gauge(contact=contact)
     kind, _, number = role.partition("_")
-    if role == "near_wall":
-        allowed = "is not a gauge of a scene without [near_wall]"
-        require(scene.near_wall is not None, role, None, allowed)
-        return Gauge(contact=1)
-    if kind == "wall":
-        allowed = "is not a gauge of a scene without [wall]"
-        require(scene.wall is not None, "wall", None, allowed)
-        return Gauge(contact=scene.last_contact)
-    gauge = Gauge(granule=int(number)) if kind == "gauge" else Gauge(contact=int(number))
+    gauge = Gauge(**{"granule" if kind == "gauge" else "contact": int(number)})
     gauge.check(scene.chain.granules, scene.wall is not None, scene.near_wall is not None)
     return gauge
 
@@ -330,7 +329,15 @@ def expected_of(scene: Scene, gauges: tuple[Gauge, ...], native: Native) -> Expe
     count = int(min(_TIMES_PER_WIDTH * end / np.nanmin(widths), _MOST_TIMES)) + 2
     time = np.linspace(0.0, end, count)
     rough = Native(rtol=1e-6, time_limit=native.time_limit)
-    force, other = (_recorded(result.scene, gauges, engine, time) for engine in (native, rough))
+    force, other = (
+        read_in(result.scene, gauges, run.history)
+        for run in (
+            replace(engine, peaks_only=False, wanted="first").run(
+                replace(result.scene, gauges=()), time
+            )
+            for engine in (native, rough)
+        )
+    )
     # Difference of two accurate runs, over the peak, from which on later forces are not known
     off = np.abs(other - force) > 1e-4 * np.max(np.abs(force), axis=0)
     unsure = np.flatnonzero(off.any(axis=1))
@@ -339,16 +346,9 @@ def expected_of(scene: Scene, gauges: tuple[Gauge, ...], native: Native) -> Expe
     return Expected(result, time, force, until)
 
 
-def _recorded(
-    scene: Scene, gauges: tuple[Gauge, ...], native: Native, time: FloatArray
-) -> FloatArray:
-    run = replace(native, peaks_only=False, wanted="first").run(replace(scene, gauges=()), time)
-    assert run.history is not None
-    return read_in(scene, gauges, run.history)
-
-
-def read_in(scene: Scene, gauges: tuple[Gauge, ...], history: History) -> FloatArray:
+def read_in(scene: Scene, gauges: tuple[Gauge, ...], history: History | None) -> FloatArray:
     """Return the forces of gauges in a history [N], shape (times, gauges)."""
+    assert history is not None
     return np.stack([force_over_time(scene, gauge, history) for gauge in gauges], axis=1)
 
 

@@ -2,33 +2,27 @@
 
 from __future__ import annotations
 
-import functools
-import itertools
 import math
 import platform
-import statistics
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cached_property, partial
 from importlib.metadata import PackageNotFoundError, version
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps.backend import Lammps
 from hertzchain.engines.native import plan as plans
-from hertzchain.engines.native.backend import Native
+from hertzchain.engines.native.backend import Native, by_velocity_verlet, with_end
 from hertzchain.engines.native.damped_runs import first_tolerance, simulate_damped
-from hertzchain.engines.native.damped_verlet import simulate_damped_verlet
-from hertzchain.engines.native.duration import with_end
 from hertzchain.engines.native.plan import METHODS, Walker
 from hertzchain.engines.native.simulation import Simulation, simulate
 from hertzchain.engines.registry import label_of
 from hertzchain.errors import BackendMissing, RunFailed, require
 from hertzchain.limits import TIME_LIMIT, Deadline
 from hertzchain.observables.peaks import largest_difference
-from hertzchain.observables.result import Result
 from hertzchain.scene.scene import Scene
 
 if TYPE_CHECKING:
@@ -39,8 +33,7 @@ COMPILED, NUMPY, SCIPY, LAMMPS = "compiled", "NumPy", "SciPy", label_of("lammps"
 WAYS = (COMPILED, NUMPY, SCIPY, LAMMPS)  # names of the ways to compute
 
 
-@dataclass(frozen=True, eq=False)
-class Outcome:
+class Outcome(NamedTuple):
     """Result of one run of a contender."""
 
     peak_force: FloatArray  # peaks of all contacts, a wall's the last [N]
@@ -53,7 +46,7 @@ class Contender:
 
     name: str
     engine: str  # one of WAYS
-    run: Callable[[Scene, float], Outcome]  # runs with a step [s] or rtol; NaN for neither
+    run: Callable[[Scene, float], Outcome]  # runs with a step [s] or an rtol
     steps: tuple[float, ...] = ()  # largest steps, natural time units, from cheap to expensive
     rtols: tuple[float, ...] = ()  # relative accuracies, from cheap to expensive
 
@@ -67,7 +60,7 @@ def contenders(scene: Scene) -> tuple[Contender, ...]:
     steps["reference"] = steps["reference"][::2]
     compiled = {name: _compiled(METHODS[name].walker) for name in steps}
     if scene.contact is not None:  # LAMMPS's scheme alone
-        compiled = {"velocity-verlet": partial(_with_steps, simulate_damped_verlet)}
+        compiled = {"velocity-verlet": partial(_with_steps, by_velocity_verlet)}
     by_steps = [
         Contender(f"{name}, compiled", COMPILED, run, steps[name]) for name, run in compiled.items()
     ]
@@ -184,11 +177,6 @@ class Row:
     force_evaluations: int  # without those of a second run for the error
     wall_time: float  # least of several runs, with all that a user waits for [s]
 
-    @property
-    def setting(self) -> tuple[str, float | None, float | None]:
-        """Contender, natural step and rtol: the same run in any scene."""
-        return self.contender, self.natural_step, self.rtol
-
 
 @dataclass(frozen=True)
 class Tradeoff:
@@ -197,18 +185,26 @@ class Tradeoff:
     scene: Scene
     rows: tuple[Row, ...]  # by contender, from cheap to expensive; none for a setting that fails
     truth_error: float  # smaller errors have no known value
-    missing: bool  # whether a backend is missing
-    remarks: tuple[str, ...]  # sentences on contenders without rows
+    missing: bool = False  # whether a backend is missing
+    remarks: tuple[str, ...] = ()  # sentences on contenders without rows
 
-    @property
-    def contenders(self) -> tuple[str, ...]:
-        """Names of contenders with rows, in order."""
-        return tuple(dict.fromkeys(row.contender for row in self.rows))
+    def known_error(self, row: Row) -> float:
+        """Return the error of a row, at least that of the truth."""
+        return max(row.error, self.truth_error)
 
-    @functools.cached_property
+    @cached_property
     def frontier(self) -> tuple[Row, ...]:
         """Rows for which no other is both cheaper and as accurate, from the cheapest on."""
-        return frontier(self.rows, self.truth_error)
+        best: list[Row] = []
+        for row in sorted(self.rows, key=lambda row: (row.wall_time, self.known_error(row))):
+            if not best or self.known_error(row) < self.known_error(best[-1]):
+                best.append(row)
+        return tuple(best)
+
+    def cheapest(self, accuracy: float) -> Row | None:
+        """Return the cheapest row with an error of at most ``accuracy``; None if there is none."""
+        enough = (row for row in self.rows if self.known_error(row) <= accuracy)
+        return min(enough, key=lambda row: row.wall_time, default=None)
 
     def to_dict(self) -> dict[str, Any]:
         """Return the measurement as a JSON object; null stands for a missing value."""
@@ -229,10 +225,8 @@ class Tradeoff:
         return table.astype(dict.fromkeys(("step_s", "natural_step", "rtol"), float))
 
     def _as_dict(self, row: Row) -> dict[str, Any]:
-        in_seconds = ("step", "wall_time")
-        document = {
-            f"{key}_s" if key in in_seconds else key: value for key, value in vars(row).items()
-        }
+        names = {"step": "step_s", "wall_time": "wall_time_s"}
+        document = {names.get(key, key): value for key, value in vars(row).items()}
         return {**document, "frontier": row in self.frontier}
 
 
@@ -252,107 +246,75 @@ def tradeoff(
     report_progress = progress or (lambda _: None)
     report_progress("the truth: the reference method with short steps")
     scene = with_end(scene)
-    truth, moved = _truth(scene)
+    truth, truth_error = _truth(scene)
     running = [contender for contender in contenders(scene) if contender.engine in engines]
-    fastest: dict[tuple[str, float | None, float | None], Row] = {}
+    rows: dict[str, dict[tuple[float | None, float | None], Row]]
+    rows = {contender.name: {} for contender in running}
     remarks: dict[str, None] = {}
     missing = False
     # Rounds of each setting: other work of the machine lasts for seconds
     for contender in running * 2:
         report_progress(contender.name)
+        fastest = rows[contender.name]
         try:
-            for row in measured(contender, scene, truth.peak_force, enough):
-                before = fastest.setdefault(row.setting, row)
-                fastest[row.setting] = min(before, row, key=lambda row: row.wall_time)
+            for row in measured(contender, scene, truth, enough):
+                setting = row.natural_step, row.rtol
+                before = fastest.get(setting, row)
+                fastest[setting] = min(before, row, key=lambda row: row.wall_time)
         except BackendMissing as problem:
             missing = True
             remarks[str(problem)] = None
         except RunFailed as problem:
             remarks[f"{contender.name}: {problem}"] = None
-    order = [contender.name for contender in running]
-    rows = tuple(sorted(fastest.values(), key=lambda row: order.index(row.contender)))
-    return Tradeoff(scene, rows, max(moved, TRUTH_ERROR), missing, tuple(remarks))
+    every = tuple(row for fastest in rows.values() for row in fastest.values())
+    return Tradeoff(scene, every, truth_error, missing, tuple(remarks))
 
 
-def _truth(scene: Scene) -> tuple[Result, float]:
-    """Return a run by the reference method, and the relative error of its peaks."""
+def _truth(scene: Scene) -> tuple[FloatArray, float]:
+    """Return the peaks by the reference method [N], and their relative error."""
+    ordinary = Native("reference", peaks_only=True, wanted="all")
     if scene.contact is not None:
-        truth = Native("reference", peaks_only=True, wanted="all").run(scene)
-        return truth, truth.error_estimate
-    truth = Native("reference", TRUTH_STEP * scene.contact_time, peaks_only=True, wanted="all").run(
-        scene
-    )
-    ordinary = Native("reference", peaks_only=True, wanted="all").run(scene)
-    return truth, largest_difference(ordinary.peak_force, truth.peak_force)
+        run = ordinary.run(scene)
+        return run.peak_force, max(run.error_estimate, TRUTH_ERROR)
+    truth = replace(ordinary, dt=TRUTH_STEP * scene.contact_time).run(scene).peak_force
+    moved = largest_difference(ordinary.run(scene).peak_force, truth)
+    return truth, max(moved, TRUTH_ERROR)
 
 
 def measured(
     contender: Contender, scene: Scene, truth: FloatArray, enough: float = _ENOUGH_SECONDS
-) -> list[Row]:
-    """Return the rows of one contender, without settings that fail; raise the error if all fail."""
-    settings: list[tuple[float | None, float | None]] = [
-        *((step, None) for step in contender.steps),
-        *((None, rtol) for rtol in contender.rtols),
-    ]
-    rows: list[Row] = []
-    problem: RunFailed | None = None
-    for natural_step, rtol in settings or [(None, None)]:
+) -> Iterator[Row]:
+    """Yield the rows of one contender, without settings that fail; raise if all of them fail."""
+    settings = [*((step, None) for step in contender.steps), *((None, r) for r in contender.rtols)]
+    problem, has_rows = None, False
+    for natural_step, rtol in settings:
         step = None if natural_step is None else natural_step * scene.contact_time
-        setting = step or rtol or math.nan
         try:
-            outcome, seconds = timed(functools.partial(contender.run, scene, setting), enough)
+            outcome, seconds = timed(
+                partial(contender.run, scene, step or rtol or math.nan), enough
+            )
         except RunFailed as failed:
             problem = failed
             continue
-        rows.append(
-            Row(
-                contender.name,
-                contender.engine,
-                step,
-                natural_step,
-                rtol,
-                largest_difference(outcome.peak_force, truth),
-                outcome.force_evaluations,
-                seconds,
-            )
-        )
+        has_rows = True
+        yield Row(
+            contender.name, contender.engine, step, natural_step, rtol,
+            largest_difference(outcome.peak_force, truth), outcome.force_evaluations, seconds,
+        )  # fmt: skip
         if seconds > _LONGEST_RUN_SECONDS:
             break
-    if not rows and problem is not None:
+    if problem is not None and not has_rows:
         raise problem
-    return rows
 
 
-def timed(run: Callable[[], Outcome], enough: float = _ENOUGH_SECONDS) -> tuple[Outcome, float]:
+def timed(run: Callable[[], Outcome], enough: float) -> tuple[Outcome, float]:
     """Outcome of a run, and the least wall time of runs within ``enough`` seconds [s]."""
-    spent, least = 0.0, math.inf
-    for _ in range(_MOST_TIMED_RUNS):
+    times: list[float] = []
+    while not times or (sum(times) < enough and len(times) < _MOST_TIMED_RUNS):
         begin = time.perf_counter()
         outcome = run()
-        seconds = time.perf_counter() - begin
-        spent, least = spent + seconds, min(least, seconds)
-        if spent >= enough:
-            break
-    return outcome, least
-
-
-def frontier(rows: Sequence[Row], truth_error: float) -> tuple[Row, ...]:
-    """Return the rows of ``Tradeoff.frontier``; errors below ``truth_error`` count as equal."""
-    best: list[Row] = []
-    for row in sorted(rows, key=lambda row: (row.wall_time, max(row.error, truth_error))):
-        error = max(row.error, truth_error)
-        if not best or error < max(best[-1].error, truth_error):
-            best.append(row)
-    return tuple(best)
-
-
-def cheapest(rows: Sequence[Row], accuracy: float, truth_error: float) -> dict[str, Row]:
-    """Return each contender's cheapest row with an error of at most ``accuracy``, by name."""
-    by_contender: dict[str, Row] = {}
-    for row in sorted(rows, key=lambda row: row.wall_time):
-        if max(row.error, truth_error) <= accuracy:
-            by_contender.setdefault(row.contender, row)
-    return by_contender
+        times.append(time.perf_counter() - begin)
+    return outcome, min(times)
 
 
 def provenance() -> dict[str, str]:
@@ -363,34 +325,3 @@ def provenance() -> dict[str, str]:
             versions[name] = version(name)
     platforms = f"{platform.system()} {platform.machine()}"
     return {**versions, "python": platform.python_version(), "platform": platforms}
-
-
-@dataclass(frozen=True)
-class Typical:
-    """One contender at one setting, over several scenes."""
-
-    row: Row  # medians of error, evaluations and wall time; several scenes have no common step [s]
-    lowest: float  # least error
-    highest: float  # largest error
-
-
-def typical(tradeoffs: Sequence[Tradeoff]) -> tuple[Typical, ...]:
-    """Return medians over scenes of the settings that all have, in the order of the contenders."""
-    groups: dict[tuple[str, float | None, float | None], list[Row]] = {}
-    for row in itertools.chain.from_iterable(tradeoff.rows for tradeoff in tradeoffs):
-        groups.setdefault(row.setting, []).append(row)
-    return tuple(
-        Typical(
-            replace(
-                rows[0],
-                step=rows[0].step if len(tradeoffs) == 1 else None,
-                error=statistics.median(row.error for row in rows),
-                force_evaluations=round(statistics.median(row.force_evaluations for row in rows)),
-                wall_time=statistics.median(row.wall_time for row in rows),
-            ),
-            min(row.error for row in rows),
-            max(row.error for row in rows),
-        )
-        for rows in groups.values()
-        if len(rows) == len(tradeoffs)
-    )

@@ -55,7 +55,7 @@ judge scene.toml peaks.csv --column F => --column F: must be NAME=VALUE
 judge scene.toml peaks.csv peaks.csv => peaks.csv; is not a LAMMPS dump
 judge scene.toml none.csv => none.csv; cannot be read
 judge scene.toml peaks.csv --report report.pdf => report.pdf; .html or .htm
-judge scene.toml in.steel_plain => in.steel_plain: is no CSV file; must be one with contact and peak
+judge scene.toml in.steel_plain => in.steel_plain: is no table; must be a CSV file with a header
 examine steel.toml in.steel_plain --var a => --var; NAME
 examine steel.toml in.steel_plain --var a=1 --var a=2 => --var a
 examine steel.toml in.steel_plain --tolerance 2 => tolerance; below 1
@@ -68,7 +68,7 @@ deck scene.toml -o in.chain --rtol 1e-6 --dt '1 ns' => --rtol chooses the step
 deck scene.toml -o in.chain --rtol 1e-15 => rtol = 1e-15; from 1e-09 to 1
 deck scene.toml -o in.chain --dt '1 m' => --dt; 1 m
 deck scene.toml -o in.chain --dt '1 ms' => is unstable; choose a smaller dt
-deck scene.toml -o in.chain --watch-every -1 => watch_every = -1
+deck scene.toml -o in.chain --watch-every 0 => watch_every = 0: must be at least 1
 unit-test scene.toml -o scene.toml => name
 sweep scene.toml -o out --vary shock.colour=1,2 => cannot vary; what can vary
 sweep scene.toml -o out --vary shock.momentum_ratio= => must be NAME=VALUE, such as
@@ -82,7 +82,7 @@ sweep scene.toml -o out --table scene.toml => scene.toml: must be a table of sce
 sweep scene.toml -o out --table no.csv => no.csv; No such file
 sweep scene.toml -o out GRID --rtol 1e-30 => rtol = 1e-30: must be
 sweep scene.toml -o out GRID --time-limit '-1 s' => --time-limit = '-1 s'
-sweep scene.toml -o out GRID --backend native --backend native => must not be given twice
+sweep scene.toml -o out GRID --backend native --backend native => and none twice
 sweep scene.toml -o out GRID --scheduler abc => the scheduler 'abc' cannot be
 sweep scene.toml -o out.csv GRID => must be a folder
 sweep scene.toml -o scene.toml/out GRID => cannot be made

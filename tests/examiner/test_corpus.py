@@ -24,7 +24,7 @@ from tests.examiner.corpus import (
     copied,
     scene_of,
 )
-from tests.examiner.lint.test_decks import ROWS
+from tests.examiner.test_lint import ROWS
 
 pytestmark = pytest.mark.lammps
 

@@ -1,10 +1,12 @@
-"""Each wrong number of a deck: what is measured, its line, and the corrections that are tried."""
+"""Wrong numbers of a deck: lines and corrections, the scene's commands, and their proofs."""
 
 from __future__ import annotations
 
+import math
 import tomllib
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -12,9 +14,12 @@ import numpy as np
 import pytest
 
 import hertzchain as hc
-from hertzchain.engines.lammps.reading.deck import FoundDeck, FoundWall, Units
+from hertzchain.engines.lammps.reading.deck import UNITS, Executed, FoundDeck, FoundWall, Units
 from hertzchain.engines.lammps.reading.probing import DAMPED, DEPTHS
-from hertzchain.examiner.examined import Case
+from hertzchain.engines.lammps.reading.text import Edits
+from hertzchain.errors import RunFailed
+from hertzchain.examiner import correct
+from hertzchain.examiner.examined import Case, Changes, DeckCheck, Place
 from hertzchain.examiner.examining import case_of
 from hertzchain.examiner.probes import probes_of
 from hertzchain.limits import Deadline
@@ -22,6 +27,7 @@ from tests.examiner.corpus import scene_of
 from tests.examiner.made import (
     DECKS,
     Change,
+    assert_alike,
     both,
     changed,
     deck_of,
@@ -291,7 +297,7 @@ def test_numbers_that_no_chain_on_a_line_has_explain_any_motion(name: str) -> No
     assert [check.name for check in done.to_correct] == [row[0] for row in EXPECTED[name]]
 
 
-UNITS = Units("odd", length=2.0, mass=3.0, time=5.0)
+ODD = Units("odd", length=2.0, mass=3.0, time=5.0)
 
 IN_UNITS: list[tuple[str, str, list[tuple[str, str]]]] = [
     ("a large granule", "radius", [("length", "length")] * 2),
@@ -332,8 +338,313 @@ def test_numbers_in_the_units_of_a_deck(
         scene = scene_of(deck)
         contents = change(deck_of(deck, scene))
     si, _ = case_of(scene, contents, 1e-3, Deadline(60.0), {})
-    pairs = [pairs_of(case, number) for case in (si, replace(si, units=UNITS))]
+    pairs = [pairs_of(case, number) for case in (si, replace(si, units=ODD))]
     assert [len(numbers) for numbers in pairs] == [len(units)] * 2
     for in_si, in_units, names in zip(*pairs, units, strict=True):
         for value, there, unit in zip(in_si, in_units, names, strict=True):
-            assert value == pytest.approx(there * getattr(UNITS, unit) if unit else 0.0)
+            assert value == pytest.approx(there * getattr(ODD, unit) if unit else 0.0)
+
+
+FRICTION = "tangential linear_nohistory 0.0 0.0"
+DOWN: dict[str, Any] = {
+    "axis": "z",
+    "direction": np.array([0, 0, -1.0]),
+    "origin": np.array([0.01, 0, 0.3]),
+}
+
+
+@cache
+def right_case(name: str) -> Case:
+    """What checks share of a right deck."""
+    scene = scene_of(name)
+    return case_of(scene, deck_of(name, scene), 1e-3, Deadline(60.0), {})[0]
+
+
+def case(name: str, units: str = "si", **numbers: Any) -> Case:
+    """The same with other units or numbers of its granules."""
+    example = right_case(name)
+    return replace(example, units=UNITS[units], deck=changed(example.deck, **numbers))
+
+
+def later(name: str, units: str = "si", **numbers: Any) -> Callable[[], Case]:
+    """The same, which is computed when a test wants it."""
+    return partial(case, name, units, **numbers)
+
+
+def modulus(young: float, poisson: float) -> float:
+    """Of a contact of two granules of one material: E* = E / (2 (1 - nu^2)) [Pa]."""
+    return young / (2 * (1 - poisson**2))
+
+
+STEEL = 4 / 3 * modulus(193e9, 0.3)
+RUBBER = 4 / 3 * modulus(5e6, 0.45)
+MIXED = 4 / 3 / ((1 - 0.3**2) / 200e9 + (1 - 0.34**2) / 70e9)
+
+Commands = Callable[[Case], list[str] | None]
+
+TABLE: list[tuple[Commands, Callable[[], Case], list[str] | None]] = [
+    (correct.granule_commands, later("dimer", "micro"),
+     ["set type 1 diameter 12000", "set type 2 diameter 6000",
+      "set type 1 density 7.8", "set type 2 density 2.7"]),
+    (correct.granule_commands, later("dimer", types=np.ones(16, np.int64)),
+     [*(f"set atom {k} diameter {(0.006, 0.012)[k % 2]}" for k in range(1, 17)),
+      *(f"set atom {k} density {(2700, 7800)[k % 2]}" for k in range(1, 17))]),
+    (correct.granule_commands, later("piston", ids=np.arange(11)), []),
+    (correct.velocity_commands, later("wall", "cgs"),
+     ["velocity all set 0.0 0.0 0.0 units box", "velocity first set 50 0.0 0.0 units box"]),
+    (correct.velocity_commands, later("piston", spin=np.ones((12, 3))),
+     ["velocity all set 0.0 0.0 0.0 units box", "set group all omega 0.0 0.0 0.0"]),
+    (correct.law_commands, later("dimer", "micro"),
+     ["pair_style granular", f"pair_coeff * * hertz {MIXED / 1e3:.10g} 0.0 {FRICTION}"]),
+    (correct.law_commands, later("viscoelastic"),
+     ["pair_style granular", (f"pair_coeff * * hertz {STEEL:.10g}"
+      # eta m* a v with a = sqrt(R* d) is tau times dF/dt = 3/2 A d^1/2 v, A = 4/3 E* sqrt(R*).
+      f" {0.5e-6 * 2 * modulus(193e9, 0.3) / (2 / 3 * np.pi * 4.75e-3**3 * 7958):.10g}"
+      f" {FRICTION} damping viscoelastic")]),
+    (correct.wall_commands, later("piston"), None),
+    (correct.wall_commands, later("column", "cgs", **DOWN),
+     [(f"fix wall all wall/gran granular hertz {20 * RUBBER:.10g} 1e-300 {FRICTION}"
+      " damping velocity zplane 11.0792756751313 NULL")]),
+    (correct.load_commands, later("piston"), []),
+    (correct.load_commands, later("column", "cgs", **DOWN),
+     ["fix gravity all gravity 981 vector 0.0 0.0 -1"]),
+    (correct.load_commands, later("precompressed", **DOWN, ids=np.arange(14) + 3),
+     ["group granule1 id 3", "fix load1 granule1 addforce 0.0 0.0 -20",
+      "group granule14 id 16", "fix load14 granule14 addforce 0.0 0.0 20"]),
+    (correct.load_commands, later("fixed"),  # its striker is not pressed; the fixed one holds
+     ["group granule2 id 2", "fix load2 granule2 addforce 5 0.0 0.0"]),
+    (correct.motion_commands, later("wall"), ["fix motion all nve"]),
+    (correct.motion_commands, later("piston"),
+     ["group others subtract all first", "fix motion others nve"]),
+    (correct.motion_commands, later("fixed"),
+     ["group fixed id 9", "group others subtract all fixed", "fix motion others nve"]),
+    (correct.piston_commands, later("wall"), []),
+    (correct.piston_commands, later("piston", "cgs"),
+     ["fix piston first move linear 20 0.0 0.0 units box"]),
+    (correct.shock_commands, later("wall"), []),
+    (correct.shock_commands, later("column", "cgs", **DOWN),
+     [('variable F_2 equal "-((time>=0)*(time<0.002)*(200000.0*time/0.002)+(time>=0.002)*'
+      '(time<0.004)*(200000.0-200000.0*(time-0.002)/0.002))"'),
+      "fix shock first addforce 0.0 0.0 v_F_2"]),
+    (correct.shock_commands, later("dimer", "micro"),
+     [('variable F equal "(time>=0)*(time<25)*(150000000000.0*time/25.0)+(time>=25)*'
+      '(time<50)*(150000000000.0-150000000000.0*(time-25.0)/25.0)"'),
+      "fix shock first addforce v_F 0.0 0.0"]),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("row", range(len(TABLE)))
+def test_commands_of_a_scene(row: int) -> None:
+    commands, example_of, expected = TABLE[row]
+    lines = commands(example_of())
+    assert (lines is None) == (expected is None)
+    assert_alike(lines or [], expected or [])
+
+
+LINES = ("variable V equal 1", "set all mass", "pair_coeff", "fix load", "run 10")
+
+Outcome = Callable[[set[str]], tuple[Sequence[str], float]]
+"""Function from the lines of a deck to the names of failed checks and the error of its peaks."""
+
+
+def edit(line: int, *lines: str) -> Changes:
+    """What stands in place of a line of the deck, counted from 1."""
+    return {("in.made", line, LINES[line - 1]): lines}
+
+
+def failed(name: str, line: int, *tried: Changes) -> DeckCheck:
+    """A failed check of a line."""
+    place = Place("in.made", line, LINES[line - 1], line - 1)
+    return DeckCheck(name, "", 1.0, 2.0, 0.1, False, True, f"{name} is wrong", "", place,
+                     corrections=tried)  # fmt: skip
+
+
+class Deck:
+    """A deck with some checks, and what is found of it with edits."""
+
+    def __init__(
+        self, scene: hc.Scene, right: FoundDeck, checks: Sequence[DeckCheck], outcome: Outcome
+    ) -> None:
+        self.done = examined(scene, right)
+        self.checks, self.outcome = checks, outcome
+        self.tried: list[Edits] = []
+        commands = tuple(Executed(t, "in.made", k, t) for k, t in enumerate(LINES, start=1))
+        self.contents = changed(right, commands=commands)
+
+    def __call__(self, edits: Edits, limit: float = math.inf) -> hc.DeckExamination:
+        """The examination of the deck with edits."""
+        assert limit > 0
+        self.tried.append(edits)
+        lines = {("in.made", line): (text,) for line, text in enumerate(LINES, start=1)}
+        assert edits.keys() <= lines.keys()
+        now = {text for texts in (lines | dict(edits)).values() for text in texts}
+        if "bad syntax" in now:
+            raise RunFailed("LAMMPS stopped")
+        names, error = self.outcome(now)
+        checks = [
+            c if c.name in names else replace(c, passed=True, differs=False, effect=0.0)
+            for c in self.checks if c.name in names or c.role != "motion"
+        ]  # fmt: skip
+        peaks = replace(self.done.checks[-1], passed=error < 1e-3)
+        stopped = "granules left the box" if "stops" in now else ""
+        contents = changed(
+            self.contents, peak_force=self.done.reference.peak_force * (1 + error), stopped=stopped
+        )
+        return replace(self.done, checks=(*checks, peaks), contents=contents)
+
+    def proven(self) -> hc.DeckExamination:
+        """The examination of the deck as it is, with its proven corrections."""
+        return correct.with_findings(correct.Prover(self({}), self, 1e3))
+
+
+def shown(done: hc.DeckExamination) -> list[tuple[str, list[str], bool, int | None]]:
+    """Of each finding its checks, its lines, whether only with others, and what it follows."""
+    return [
+        (
+            " ".join(check.name for check in finding.checks),
+            [f"{line.line}: {'; '.join(line.commands)}" for line in finding.correction],
+            finding.with_others,
+            finding.follows,
+        )
+        for finding in done.findings
+    ]
+
+
+MASS, LAW, LOAD = edit(2, "right mass"), edit(3, "right law"), edit(4, "right load")
+
+
+def wrong(now: set[str], **needs: str) -> list[str]:
+    """Names of the checks whose line is not there."""
+    return [name for name, line in needs.items() if line.replace("_", " ") not in now]
+
+
+def mass_and_law(now: set[str]) -> tuple[list[str], float]:
+    names = wrong(now, mass="right mass", law="right law")
+    return names, 0.1 * len(names)
+
+
+def law_explains_mass(now: set[str]) -> tuple[list[str], float]:
+    return ([] if "right law" in now else ["mass", "law"]), 0.1 * ("right law" not in now)
+
+
+def make_up(now: set[str]) -> tuple[list[str], float]:
+    """Two errors that make up for one another: with one of them alone peaks are further off."""
+    names = wrong(now, mass="right mass", law="right law")
+    return names, (0.0, 0.3, 0.1)[len(names)]
+
+
+def load_behind_mass(now: set[str]) -> tuple[list[str], float]:
+    """The motion is looked at only where no number explains the peaks."""
+    if "right mass" not in now:
+        return ["mass"], 0.1
+    names = wrong(now, motion="right load")
+    return names, 0.04 * len(names)
+
+
+def load_breaks(now: set[str]) -> tuple[list[str], float]:
+    """A wrong line makes the mass right, and something else wrong."""
+    names = wrong(now, mass="right mass", law="right law")
+    if "other mass" in now:
+        names = ["law", "load"]
+    return names, 0.1
+
+
+NOT_FIRST = edit(2, "bad syntax"), edit(2, "no help"), edit(2, "stops"), edit(2, "other mass")
+
+CASES: dict[str, tuple[list[DeckCheck], Outcome, list[tuple[str, list[str], bool, int | None]],
+                       dict[int, tuple[str, ...]]]] = {
+    "the first that helps": (
+        [failed("mass", 2, *NOT_FIRST, MASS), failed("law", 3, LAW), failed("load", 4)],
+        load_breaks,
+        [("mass", ["2: right mass"], False, None), ("law", ["3: right law"], False, None)],
+        {2: ("right mass",), 3: ("right law",)},
+    ),
+    "one that no correction helps": (
+        [failed("mass", 2, *NOT_FIRST[:2]), failed("law", 3, LAW)],
+        mass_and_law,
+        [("mass", [], False, None), ("law", ["3: right law"], False, None)],
+        {3: ("right law",)},
+    ),
+    "two numbers of one line": (
+        [failed("mass", 2, edit(2, "half", "x")), failed("size", 2, edit(2, "y", "half"))],
+        lambda now: (wrong(now, mass="x", size="y"), 0.1),
+        [("mass size", [], False, None)],
+        {},
+    ),
+    "two numbers of one line, one after the other": (
+        [failed("mass", 2, edit(2, "right mass", LINES[1])),
+         failed("size", 2, edit(2, LINES[1], "right size"))],
+        lambda now: (wrong(now, mass="right_mass", size="right_size"), 0.1),
+        [("mass size", ["2: right mass; set all mass; right size"], False, None)],
+        {2: ("right mass", "set all mass", "right size")},
+    ),
+    "what follows stands behind": (
+        [failed("mass", 2), failed("law", 3, LAW)],
+        law_explains_mass,
+        [("law", ["3: right law"], False, None), ("mass", [], False, 0)],
+        {3: ("right law",)},
+    ),
+    "what follows is not tried": (
+        [failed("law", 3, LAW), failed("mass", 2, MASS)],
+        law_explains_mass,
+        [("law", ["3: right law"], False, None), ("mass", [], False, 0)],
+        {3: ("right law",)},
+    ),
+    "errors that make up for one another": (
+        [failed("mass", 2, MASS), failed("law", 3, LAW)],
+        make_up,
+        [("mass", ["2: right mass"], True, None), ("law", ["3: right law"], True, None)],
+        {2: ("right mass",), 3: ("right law",)},
+    ),
+    "something else acts, too": (
+        [failed("mass", 2, MASS), replace(failed("motion", 4, LOAD), role="motion")],
+        load_behind_mass,
+        [("mass", ["2: right mass"], False, None), ("motion", ["4: right load"], False, None)],
+        {2: ("right mass",), 4: ("right load",)},
+    ),
+    "together no better": (
+        [failed("mass", 2, MASS), failed("law", 3, LAW)],
+        lambda now: (make_up(now)[0], 0.3 - 0.1 * len(make_up(now)[0])),
+        [("mass", [], False, None), ("law", [], False, None)],
+        {},
+    ),
+}  # fmt: skip
+"""Checks that fail in front, what follows from edits, the findings, and all edits together."""
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_corrections(name: str, scene: hc.Scene, right: FoundDeck) -> None:
+    checks, outcome, findings, edits = CASES[name]
+    deck = Deck(scene, right, checks, outcome)
+    done = deck.proven()
+    assert shown(done) == findings
+    assert done.edits == {("in.made", line): lines for line, lines in edits.items()}
+    assert done.remarks == deck.done.remarks
+    for finding in done.findings:
+        for check in finding.checks:
+            assert check in done.checks
+            commands = [line.commands for line in finding.correction]
+            assert check.command == ("\n".join(commands[0]) if commands else "")
+    assert len(deck.tried) == len({frozenset(edit.items()) for edit in deck.tried})  # none twice
+    printed = repr(done)
+    assert printed.count("correct only together with") == sum(row[2] for row in findings)
+    assert printed.count("this follows from 1") == sum(row[3] == 0 for row in findings)
+
+
+def test_time_is_over(scene: hc.Scene, right: FoundDeck) -> None:
+    """What is proven by then is in the fixed deck, with a remark that not all was tried."""
+    deck = Deck(scene, right, [failed("mass", 2, MASS), failed("law", 3, LAW)], mass_and_law)
+
+    def slowly(edits: Edits, limit: float) -> hc.DeckExamination:
+        prover._begun -= 40.0
+        return deck(edits, limit)
+
+    prover = correct.Prover(deck({}), slowly, 2.0)
+    assert prover.left == pytest.approx(32.0, abs=1.0)  # sixteen readings of the deck
+    assert replace(prover, seconds=0.5).left == pytest.approx(8.0, abs=1.0)  # or 8 s
+    done = correct.with_findings(prover)
+    assert shown(done) == [
+        ("mass", ["2: right mass"], False, None), ("law", [], False, None)
+    ]  # fmt: skip
+    assert done.edits == {("in.made", 2): ("right mass",)}
+    assert done.remarks[-1].startswith("not all corrections were tried")

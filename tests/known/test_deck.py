@@ -16,7 +16,7 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.native.damped_verlet import simulate_damped_verlet
+from hertzchain.engines.native.verlet import simulate_damped_verlet
 from hertzchain.errors import TooExpensive, Unpredictable
 from hertzchain.known import answer
 from hertzchain.known.answer import KnownAnswer, deck, deck_step, known_answer, lay_out, looked_at
@@ -152,17 +152,6 @@ def test_contacts_are_judged_where_looks_find_nearly_all_of_their_peaks() -> Non
         assert answer.largest_error == 0.9 * most
     weak = KnownAnswer(np.array([2.0, 2.1e-3, 1.9e-3]), np.full(3, 1e-6))
     assert weak.judged.tolist() == [True, True, False]
-
-
-@pytest.mark.lammps
-def test_the_lean_deck_does_not_watch(tmp_path: Path) -> None:
-    path = written(small(), tmp_path, watch_every=0)
-    text = path.read_text()
-    for word in ("looks", "compute", "d_true", "PASS"):
-        assert word not in text
-    status, screen = run(path, tmp_path)
-    assert status == 0, screen
-    assert (tmp_path / "chain.final").exists()
 
 
 def test_what_is_never_pressed_has_no_answer() -> None:

@@ -201,7 +201,7 @@ def test_empty_cells_are_gaps_and_other_texts_are_refused(tmp_path: Path) -> Non
         read_recording(path)
 
 
-def test_all_that_is_wrong_is_said_at_once(tmp_path: Path) -> None:
+def test_the_first_wrong_line_is_named(tmp_path: Path) -> None:
     path = written(tmp_path / "a.csv", "{t};{f}", "Time;Force\n")
     lines = path.read_text(encoding="utf-8").split("\n")
     lines[2], lines[4], lines[6], lines[8] = "0.5;abc", "1.5", "0.1;1.25", "3.5;nan"
@@ -209,7 +209,7 @@ def test_all_that_is_wrong_is_said_at_once(tmp_path: Path) -> None:
     with pytest.raises(HertzchainError) as wrong:
         read_recording(path)
     assert str(wrong.value) == (
-        f"{path}: line 3, line 5, line 9: has no finite time and force: correct it or delete it"
+        f"{path}: line 3 (and 2 more): has no finite time and force: correct it or delete it"
     )
 
 

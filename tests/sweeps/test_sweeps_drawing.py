@@ -12,12 +12,11 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.sweeps import drawing
-from hertzchain.sweeps.columns import COLUMNS, full_name
+from hertzchain.sweeps.columns import columns_of, full_name
 from hertzchain.sweeps.drawing import cell_edges, draw
 from tests.command_line import Command
 from tests.conftest import paper_scene
-from tests.sweeps.conftest import PROFILES
-from tests.sweeps.made import BASE, F_SW, LAMMPS, RATIO, N, P, drawn_lines, legend
+from tests.sweeps.conftest import BASE, F_SW, LAMMPS, PROFILES, RATIO, N, P, drawn_lines, legend
 
 pytestmark = [pytest.mark.lammps, pytest.mark.usefixtures("one_core")]
 
@@ -56,9 +55,9 @@ def test_backends_are_told_apart_where_nothing_is_asked_for(both: hc.Sweep) -> N
 def test_too_many_lines_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     swept = hc.sweep(BASE, {RATIO: "0.1,1", N: "2:3:4"}, peaks=True)
     for x, y, lines in ((RATIO, "largest_peak_force_N", 4), ("contact", "peak_force_N", 8)):
-        monkeypatch.setattr(drawing, "_MOST_LINES", lines)
+        monkeypatch.setattr(drawing, "_MOST_MARKS", lines)
         assert len(draw(swept, x, y).figure.axes[0].lines) == lines
-        monkeypatch.setattr(drawing, "_MOST_LINES", lines - 1)
+        monkeypatch.setattr(drawing, "_MOST_MARKS", lines - 1)
         with pytest.raises(hc.HertzchainError, match=f"lines = {lines}: must be .* fix values"):
             draw(swept, x, y)
 
@@ -116,8 +115,13 @@ def test_nothing_to_draw_is_refused() -> None:
 
 
 def test_the_section_may_be_left_out() -> None:
-    assert full_name("momentum_ratio") == full_name(RATIO) == full_name("LM_ratio") == RATIO
-    assert [full_name(name) for name in ("speed_m_s", "p", "F_SW", "F0", "n", "N")] == [
+    columns = [column.name for column in columns_of(BASE, [])]
+    assert {full_name(name, columns, []) for name in ("momentum_ratio", "LM_ratio", RATIO)} == {
+        RATIO
+    }
+    assert [
+        full_name(name, columns, []) for name in ("speed_m_s", "p", "F_SW", "F0", "n", "N")
+    ] == [
         *("speed_m_s", "transition_granules", "solitary_wave_force_N"),
         *("shock.peak_force", "shock.duration_ratio", "chain.granules"),
     ]
@@ -127,8 +131,8 @@ def test_the_section_may_be_left_out() -> None:
         with pytest.raises(hc.HertzchainError, match="is in several sections: name one of"):
             full_name("young_modulus", both, varied)
     with pytest.raises(hc.HertzchainError, match=r"did you mean shock.momentum_ratio\?$"):
-        full_name("shock.momentum_ration")
-    assert len({name.partition(".")[2] or name for name in COLUMNS}) == len(COLUMNS)
+        full_name("shock.momentum_ration", columns, [])
+    assert len({name.partition(".")[2] or name for name in columns}) == len(columns)
 
 
 @pytest.mark.parametrize(

@@ -23,7 +23,7 @@ from hertzchain.sweeps.columns import names_of, numbers_of
 from hertzchain.sweeps.design import design
 from tests.command_line import Command
 from tests.conftest import STEEL
-from tests.sweeps.made import has_numbers
+from tests.sweeps.conftest import has_numbers
 
 VALUES: dict[str, list[Any]] = {
     "granules": [3, 5],
@@ -195,18 +195,6 @@ def test_two_codes_agree(segmented: hc.Scene) -> None:
     np.testing.assert_array_equal(other["peak_force_N"][:5], alone.peak_force)
 
 
-@pytest.mark.parametrize("force", [[0.0, 5.0], [5.0, 0.0]], ids=str)
-@pytest.mark.parametrize("gravity", [[0.0, 9.81], [9.81, 0.0]], ids=str)
-@pytest.mark.parametrize("load", [hc.Precompression(5.0), hc.Precompression(gravity=9.81)], ids=str)
-def test_the_order_of_values_refuses_nothing(
-    load: hc.Precompression, gravity: list[float], force: list[float]
-) -> None:
-    """Either load can be 0 where the other is not, wherever that is in its list."""
-    scene = replace(LOADED, wall=hc.Wall("rigid"), precompression=load)
-    vary = {"precompression.force": force, "precompression.gravity": gravity}
-    assert design(scene, vary).scenes == 4
-
-
 def test_runs_that_end_before_all_peaks_are_told(
     hertzchain: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -221,15 +209,6 @@ def test_runs_that_end_before_all_peaks_are_told(
     assert table["contacts_cut_off"][0] == len(short.cut_off) > 0
     assert pd.isna(table["contacts_cut_off"][1])
     assert hc.sweep(PLAIN, {"end_time": [5e-5]}).count().cut_off == 0
-
-
-def test_a_row_whose_granules_meet_nothing_has_the_reason() -> None:
-    thrown = hc.Scene(hc.Chain(3, **STEEL, velocity=1.0), wall=hc.Wall("rigid"))
-    table = hc.sweep(thrown, {"chain.velocity": [-1.0, 0.0, 1.0]}).to_frame()
-    assert table["failure"].str.partition(":")[0].fillna("").tolist() == [
-        "velocities at the start", "[shock]", ""
-    ]  # fmt: skip
-    assert table["wall_peak_force_N"].notna().tolist() == [False, False, True]
 
 
 # Pistons, walls and moving granules

@@ -97,7 +97,7 @@ def test_a_silent_error_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_safety_factors_suffice(monkeypatch: pytest.MonkeyPatch) -> None:
     """They do in random scenes, and not for peaks that are off by 50 times what was estimated."""
     table = error_bounds.measure(True, False)
-    assert {"plan", "adaptive", "equal steps", "second order"} <= set(table["kind"])
+    assert {"planned", "adaptive", "erratic", "smooth"} <= set(table["kind"])
     rows = error_bounds.promises(table)
     assert len(rows) == len(table)
     assert [entry.what for entry in rows if not entry.passed] == []

@@ -16,7 +16,7 @@ from hertzchain.engines.lammps.reading.deck import FoundDeck
 from hertzchain.engines.lammps.reading.reading import DEPTH
 from hertzchain.examiner.examined import EXAMINED
 from hertzchain.examiner.measured import applied_force
-from hertzchain.verdict.generated_deck import number_checks
+from hertzchain.verdict.comparison import number_checks
 from tests.conftest import STEEL
 
 pytestmark = pytest.mark.lammps

@@ -43,7 +43,7 @@ def test_where_nothing_can_be_judged(demo_reference: hc.Result) -> None:
 
 
 def test_peaks_of_no_contact_are_refused(demo: hc.Scene) -> None:
-    with pytest.raises(SceneError, match="must be given for at least one contact"):
+    with pytest.raises(SceneError, match="has no peak, must have one of a contact"):
         hc.judge(demo, {})
 
 
@@ -89,13 +89,16 @@ def test_an_impossible_tolerance_is_refused(demo: hc.Scene, tolerance: float) ->
             "^number of peak_force = 118: must be a file, .* or an array of 59 forces$",
         ),
         ([[1.0], [2.0, 3.0]], "array of 59"),
-        ({2: -78.0}, "^peak_force = -78.0: must be finite and at least 0 .N.: turn the sign"),
+        (
+            {2: -78.0},
+            "peak_force_N in row 1 = -78.0: must be finite and at least 0 .N.: turn the sign",
+        ),
         (np.where(np.arange(59) == 7, -1e-9, 100.0), "must be finite and at least 0"),
         (np.where(np.arange(59) == 7, np.inf, np.nan), "must be finite and at least 0"),
-        ({1: 3.0}, "contact = 1: must be a whole .* from 2 to 60: .* granules 1 and 2$"),
-        ({61: 3.0}, "contact = 61: .* granules 1 and 2$"),
-        ({2.5: 3.0}, "contact = 2.5"),
-        ({"two": 3.0}, "must map contacts to forces"),
+        ({1: 3.0}, "contact in row 1 = 1: must be a whole .* from 2 to 60: .* granules 1 and 2$"),
+        ({61: 3.0}, "contact in row 1 = 61: .* granules 1 and 2$"),
+        ({2.5: 3.0}, "contact in row 1 = 2.5"),
+        ({"two": 3.0}, "contact in row 1 = 'two': must be a finite number"),
     ],
     ids=str,
 )

@@ -58,7 +58,7 @@ def test_peaks_are_off_by_no_more_than_is_said(name: str, apart: float) -> None:
     result = hc.Native("reference").run(scene)
     samples = sampled(scene, apart, 0.3)
     counts = result.peak_force > 1e-3 * result.peak_force.max()
-    peaks = peaks_of(scene, motion(samples), "file")
+    peaks = peaks_of(scene, motion(samples))
     # The reference itself is right to 1e-9.
     allowed = peaks.error[counts] + 1e-9
     assert np.all(off(peaks.peak_force, result.peak_force) <= allowed)
@@ -78,7 +78,7 @@ def test_the_maximum_may_be_that_of_another_hump(rate: float, higher: float) -> 
     time = 0.4 * np.arange(-30.0, 90.0)
     shape = 1 / np.cosh(0.7 * time) ** 2 + higher / np.cosh(rate * (time - 8.2)) ** 2
     scene = hc.Scene(hc.Chain(3, **STEEL), hc.Pulse("cosine", 100.0, 2.0, rise_time=5e-5))
-    peaks = peaks_of(scene, of_contacts(time, [shape, shape[::-1]]), "file")
+    peaks = peaks_of(scene, of_contacts(time, [shape, shape[::-1]]))
     # At 8 time units the other hump adds 4 exp(-1.4 * 8) = 5e-5.
     assert np.all(np.abs(peaks.peak_force / max(1.0, higher) - 1) <= peaks.error + 6e-5)
     assert rate > 0.7 or np.all(peaks.error < 2e-3)
@@ -92,9 +92,9 @@ def test_digits_of_numbers_are_counted(digits: int, run: Samples, truth: FloatAr
     size = np.floor(np.log10(np.abs(run.net_force).max()))
     assert grain == pytest.approx(10.0 ** (size - digits + 1), rel=1e-9, abs=0)
     assert last_digit(0 * force) == 0
-    peaks = peaks_of(SCENE, Motion(run.time, True, force, grain), "file")
+    peaks = peaks_of(SCENE, Motion(run.time, True, force, grain))
     assert np.all(off(peaks.peak_force, truth) <= peaks.error)
-    exact = peaks_of(SCENE, Motion(run.time, True, force), "file")
+    exact = peaks_of(SCENE, Motion(run.time, True, force))
     assert peaks.error - exact.error == pytest.approx(2 * grain / exact.peak_force, abs=1e-15)
 
 
@@ -102,7 +102,7 @@ def test_digits_of_numbers_are_counted(digits: int, run: Samples, truth: FloatAr
 def test_scenes_with_terms(name: str) -> None:
     scene = TERMS[name]
     true = hc.Native(rtol=1e-8).run(scene).peak_force[: scene.chain.granules - 1]
-    peaks = peaks_of(scene, motion(sampled(scene, 0.1)), "file")
+    peaks = peaks_of(scene, motion(sampled(scene, 0.1)))
     assert np.isnan(peaks.peak_force[true.size :]).all()
     error = peaks.error[: true.size]
     assert np.all(off(peaks.peak_force[: true.size], true) <= error + 1e-8)
@@ -117,7 +117,7 @@ def twice(run: Samples, more: float) -> Motion:
 
 
 def test_a_sample_may_stand_there_twice(run: Samples, truth: FloatArray) -> None:
-    peaks = peaks_of(SCENE, twice(run, 0.05 / 3), "file")
+    peaks = peaks_of(SCENE, twice(run, 0.05 / 3))
     assert np.all(off(peaks.peak_force, truth) <= peaks.error)
 
 
@@ -133,7 +133,7 @@ def test_samples_that_cannot_be(run: Samples) -> None:
         (SCENE, Motion(run.time[::-1], True, run.net_force), "has times that do not increase"),
     ):
         with pytest.raises(SceneError, match=words):
-            peaks_of(scene, run_of, "file")
+            peaks_of(scene, run_of)
 
 
 # Files as people have them: of LAMMPS, and tables; what their sampling adds to a tolerance
@@ -164,6 +164,7 @@ def test_dumps_of_lammps_have_its_peaks(
     apart = "20 steps" if file == "frame.*" else "2e-06 s"
     assert f"peaks are from net forces in a dump, 201 samples {apart} apart" in peaks.how
     assert np.all(off(peaks.peak_force, verlet) <= peaks.error)
+    assert peaks.error is not None
     assert np.max(peaks.error) < 5e-5
 
 
@@ -302,14 +303,17 @@ GRANULES = "ITEM: ATOMS id x vx fx"
 USUAL = b"contact,peak_force_N\n"
 ROWS = "".join(f"\n{k} {k} 0 0" for k in range(1, N + 1))
 BROKEN: dict[str, tuple[bytes, str]] = {
-    "empty": (b"", "is no CSV file"),
-    "no row": (USUAL, "has no row of numbers"),
+    "empty": (b"", "is empty, must be a CSV file with a header"),
+    "no row": (USUAL, "has no peak"),
     "binary": (bytes(range(256)) * 10, "is not a text file"),
     "other columns": (b"a,b\n1,2\n3,4\n", "has the columns 'a', 'b', must have contact and peak_f"),
     "a trace": (b"t [us];F [N]\n0;1\n", "name them with --column time=... --column gauge_16=..."),
     "no number": (USUAL + b"2,x\n", "peak_force_N in row 1 = 'x': must be a finite number"),
     "cut off": (USUAL + b"2,3\n3\n", "peak_force_N in row 2 = '': must be a finite number"),
-    "a cell more": (USUAL + b"2,3\n3,4,5\n", "is no CSV file .*line 3"),
+    "a cell more": (
+        USUAL + b"2,3\n3,4,5\n",
+        "is no table: line 3 has more cells than the first, must be a CSV file",
+    ),
     "thousands": (
         b"contact;peak_force_N\n2;101,5\n3;1.101,5\n4;99,5\n",
         r"peak_force_N in row 1 = '101,5': must be a finite number",
@@ -341,9 +345,18 @@ BROKEN: dict[str, tuple[bytes, str]] = {
     ),
     "a word for a number": (
         f"{HEAD}{GRANULES}{ROWS[:-1]}x".encode(),
-        "must have finite numbers in the columns fx, fy, fz",
+        "must have finite numbers in the columns id, x, fx",
     ),
     "pairs": (f"{HEAD}ITEM: ENTRIES a b c d{ROWS}".encode(), "must have the columns id, x"),
+    "no header": (b"2,3.0\n3,4.0\n", "has no header, must be a CSV file with a header that names"),
+    "prose": (
+        b"a word,\n,more, words, and more\n",
+        "is no table: a row has more cells than the first",
+    ),
+    "frames that differ": (
+        f"{HEAD}{GRANULES}{ROWS}\n{HEAD}ITEM: ATOMS id vx x fx{ROWS}".encode(),
+        "frame 2: must have the columns .* the same as other frames",
+    ),
     "text between": (f"{HEAD}{GRANULES}{ROWS}\nmore\n".encode(), "or has other rows there"),
 }
 

@@ -15,7 +15,7 @@ from hertzchain.engines.lammps import deck
 from hertzchain.engines.lammps.engine import command, engine
 from hertzchain.errors import RunFailed
 from hertzchain.verdict.check import Check
-from hertzchain.verdict.generated_deck import number_checks
+from hertzchain.verdict.comparison import number_checks
 from tests.conftest import paper_scene
 from validation.mistakes import (
     APPLIED,

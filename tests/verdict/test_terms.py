@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import hertzchain as hc
-from hertzchain.verdict.generated_deck import examined, number_checks
+from hertzchain.verdict.comparison import examined, number_checks
 from hertzchain.verdict.run_checks import same_steps_checks
 from tests.conftest import STEEL
 from tests.scenes import LAWS, PULSE, TERMS

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import itertools
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -22,12 +21,9 @@ from hertzchain.verdict.tradeoff import (
     Outcome,
     Row,
     Tradeoff,
-    cheapest,
     contenders,
-    frontier,
     measured,
     tradeoff,
-    typical,
 )
 from tests.conftest import STEEL, paper_scene
 
@@ -76,15 +72,6 @@ def test_all_settings_of_all_contenders_are_measured(whole: Tradeoff) -> None:
 # Measuring
 
 
-def fixed(outcomes: dict[float, Outcome]) -> Contender:
-    """A contender that knows its answers."""
-
-    def run(scene: hc.Scene, step: float) -> Outcome:
-        return outcomes[min(outcomes, key=lambda key: abs(key - step / scene.units.time))]
-
-    return Contender("fixed", "compiled", run, steps=tuple(outcomes))
-
-
 def test_a_setting_that_fails_has_no_row(scene: hc.Scene) -> None:
     def run(scene: hc.Scene, step: float) -> Outcome:
         if step > 0.3 * scene.units.time:
@@ -92,10 +79,10 @@ def test_a_setting_that_fails_has_no_row(scene: hc.Scene) -> None:
         return Outcome(np.ones(5), 1)
 
     contender = Contender("one", "compiled", run, steps=(0.4, 0.2, 0.1))
-    rows = measured(contender, scene, np.ones(5), 0.0)
+    rows = [*measured(contender, scene, np.ones(5), 0.0)]
     assert [row.natural_step for row in rows] == [0.2, 0.1]
     with pytest.raises(RunFailed, match="too long a step"):
-        measured(replace(contender, steps=(0.4,)), scene, np.ones(5), 0.0)
+        [*measured(replace(contender, steps=(0.4,)), scene, np.ones(5), 0.0)]
 
 
 @pytest.mark.parametrize("missing", [False, True])
@@ -107,67 +94,46 @@ def test_one_that_always_fails_is_a_remark(
     def run(_: hc.Scene, __: float) -> Outcome:
         raise (BackendMissing if missing else RunFailed)("it does not work")
 
+    fixed = Contender("fixed", "compiled", lambda *_: Outcome(np.ones(5), 1), steps=(0.2,))
     broken = Contender("broken", "compiled", run, steps=(0.2, 0.1))
-    monkeypatch.setattr(module, "contenders", lambda *_: (broken, fixed({0.2: ONES})))
+    monkeypatch.setattr(module, "contenders", lambda *_: (broken, fixed))
     measured = tradeoff(scene, ["compiled"], enough=0.0)
     said = "it does not work" if missing else "broken: it does not work"
     assert (measured.missing, measured.remarks) == (missing, (said,))
     assert [row.contender for row in measured.rows] == ["fixed"]
 
 
-ONES = Outcome(np.ones(5), 1)
-
-
 # The frontier
-
-
-def a_row(time: float, error: float, contender: str = "one") -> Row:
-    return Row(contender, "compiled", 1.0, 1.0, None, error, 1, time)
-
 
 _few = st.sampled_from([1e-14, 1e-13, 1e-9, 1e-6, 1e-3, 0.1])
 """Few values, so that many are equal; two are below the error of the truth."""
 
-ROWS = st.lists(st.builds(a_row, st.sampled_from([1e-3, 2e-3, 1e-2, 0.1, 1.0]), _few), max_size=12)
+ROWS = st.lists(
+    st.builds(
+        lambda time, error: Row("one", "compiled", 1.0, 1.0, None, error, 1, time),
+        st.sampled_from([1e-3, 2e-3, 1e-2, 0.1, 1.0]), _few,
+    ), max_size=12,
+)  # fmt: skip
 
 
-def known(row: Row) -> float:
-    return max(row.error, 1e-12)
+def points(rows: Sequence[Row]) -> list[tuple[float, float]]:
+    """Times and errors that are known."""
+    return [(row.wall_time, max(row.error, 1e-12)) for row in rows]
 
 
-def beats(row: Row, other: Row) -> bool:
-    as_good = row.wall_time <= other.wall_time and known(row) <= known(other)
-    return as_good and (row.wall_time < other.wall_time or known(row) < known(other))
-
-
-@given(ROWS)
-def test_the_frontier_is_what_nothing_beats(rows: list[Row]) -> None:
-    best = frontier(rows, 1e-12)
-    for row in rows:
-        beaten = any(beats(other, row) for other in rows)
-        points = [(point.wall_time, known(point)) for point in best]
-        assert points.count((row.wall_time, known(row))) == (0 if beaten else 1)
-    assert all(point in rows for point in best)
-    for before, after in itertools.pairwise(best):
-        assert before.wall_time < after.wall_time
-        assert known(before) > known(after)
-
-
-def test_a_typical_setting_has_the_range_of_its_errors(scene: hc.Scene) -> None:
-    each = [Tradeoff(scene, (a_row(time, 1e-3 * time),), 1e-12, False, ()) for time in (1, 2, 6)]
-    (point,) = typical(each)
-    assert (point.row.wall_time, point.row.error) == (2, 2e-3)
-    assert (point.lowest, point.highest) == (1e-3, 6e-3)
-    (alone,) = typical(each[:1])
-    assert alone.row == each[0].rows[0]
-
-
-@given(ROWS)
-def test_the_cheapest_is_right_to_what_is_wanted(rows: list[Row]) -> None:
-    best = cheapest(rows, 1e-6, 1e-12)
-    enough = [row.wall_time for row in rows if row.error <= 1e-6]
-    assert [row.wall_time for row in best.values()] == ([min(enough)] if enough else [])
-    assert cheapest(rows, 1e-13, 1e-12) == {}
+@given(rows=ROWS)
+def test_the_frontier_is_what_nothing_beats(scene: hc.Scene, rows: list[Row]) -> None:
+    tradeoff = Tradeoff(scene, tuple(rows), 1e-12)
+    best, every = points(tradeoff.frontier), points(rows)
+    for time, error in every:
+        beaten = any(t <= time and e <= error and (t, e) != (time, error) for t, e in every)
+        assert best.count((time, error)) == (0 if beaten else 1)
+    assert set(tradeoff.frontier) <= set(rows)
+    assert best == sorted(best)
+    for accuracy in (1e-6, 1e-13):
+        enough = [time for time, error in every if error <= accuracy]
+        cheapest = tradeoff.cheapest(accuracy)
+        assert (cheapest and cheapest.wall_time) == min(enough, default=None)
 
 
 # Scenes with terms
@@ -179,7 +145,7 @@ def test_native_methods_on_a_scene_with_terms() -> None:
     """Errors are those of single runs against the truth, the force on the wall among them."""
     measured = tradeoff(STRIKER, ["compiled"], enough=0.0)
     assert measured.remarks == ()
-    assert measured.contenders == (
+    assert tuple(dict.fromkeys(row.contender for row in measured.rows)) == (
         *(f"{name}, compiled" for name in ("velocity-verlet", "srkn-11b", "reference")),
         *("rtol, with estimate", "rtol, without estimate"),
     )

@@ -11,7 +11,7 @@ from hertzchain.engines.lammps.engine import command, engine
 from hertzchain.theory.restitution import (
     DASHPOT,
     VISCOELASTIC,
-    collision_of,
+    Collision,
     damping_ratio,
     of_natural,
     of_ratio,
@@ -21,6 +21,8 @@ from validation.script import Row, Script, row, table_of
 
 SCENE = hc.Scene(steel(2), hc.Striker(1.0, radius=6e-3))
 """Spheres of two sizes, so that m* and R* count."""
+
+SPHERES = Collision(float(SCENE.granules.contact_mass[0]), float(SCENE.granules.stiffness[0]), 1.0)
 
 _LONGEST = 8.0
 """Natural time units after which the spheres have parted, for restitutions above 0.3; 2.9 of an
@@ -32,7 +34,7 @@ _STEP = 2e-4
 
 def parted_by_lammps(option: str, number: float) -> float:
     """Speed at which the spheres part under a damping option and its number, by LAMMPS [m/s]."""
-    collision, each = collision_of(SCENE), SCENE.granules
+    collision, each = SPHERES, SCENE.granules
     (first, other), widest = each.radius.tolist(), 4 * float(each.radius.max())
     modulus, poisson = float(each.young_modulus[0]), float(each.poisson_ratio[0])
     law = f"hertz/material {modulus!r} {number!r} {poisson!r} {NO_FRICTION} {option}"
@@ -123,7 +125,7 @@ OPTIONS = (
 
 def restitutions(option: str) -> dict[float, float]:
     """Return the restitutions that theory gives for two numbers of an option."""
-    pulls, spheres = "limit" not in option, collision_of(SCENE)
+    pulls, spheres = "limit" not in option, SPHERES
     if "tsuji" in option:  # of LAMMPS before 2 Sep 2026
         return {e: of_ratio(tsuji(e, root_2=False) / 5**0.5, pulls) for e in (0.8, 0.5)}
     if option not in COEFFICIENTS:

@@ -86,16 +86,14 @@ def extrapolation_safety(
     """
     dt = max(leg.dt for leg in legs) / scene.contact_time
     if scene.contact is not None:
-        flies = "flying" if error_bound.fly_at_others(scene) else "damped"
         by_chance = 0.1 * dt if rising else 0.0
         # Factor for extrapolated peaks: twice the error of the finer run, plus the other's
         by_chance += 4.0 * touch_error(scene, legs, peaks)
-        return error_bound.SAFETIES[f"extrapolated, {flies}"], by_chance
+        return error_bound.SAFETIES["erratic"], by_chance
     if error_bound.amplifies_errors(scene) or rising:
         # Steps of a leg in the finest of three runs: with fewer, errors follow no power of dt
         few = max(leg.steps for leg in legs) < 16
-        kind = "extrapolated, hard" + ", few steps" * few
-        return error_bound.SAFETIES[kind], 0.05 * math.pow(dt, 2.5)
+        return error_bound.SAFETIES["erratic" if few else "regular"], 0.05 * math.pow(dt, 2.5)
     return error_bound.SAFETIES["extrapolated"], 0.005 * math.pow(dt, 2.5)
 
 

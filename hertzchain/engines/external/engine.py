@@ -18,9 +18,9 @@ from numpy.typing import ArrayLike
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.external import accuracy
 from hertzchain.engines.external.accuracy import predicted_loss, softening
-from hertzchain.engines.external.observation import Granules, Observation, Simulation, refuse_large
+from hertzchain.engines.external.observation import Observation, Simulation, refuse_large
 from hertzchain.engines.external.program import find_program, run_program, work_folder
-from hertzchain.errors import POSITIVE, Unpredictable, is_finite, is_positive, require
+from hertzchain.errors import POSITIVE, RunFailed, Unpredictable, is_finite, is_positive, require
 from hertzchain.limits import RTOL, TIGHTEST, TIME_LIMIT, Deadline, check_time_limit
 from hertzchain.observables import error_bound
 from hertzchain.observables.error_bound import ContactErrors, Peaks
@@ -34,15 +34,12 @@ from hertzchain.scene.scene import (
     SceneLike,
     largest_overlap_ratio,
     refuse_deep_overlap,
-    refuse_hopeless_overlap,
     refuse_terms,
     to_scene,
 )
 from hertzchain.scene.schedule import Leg
 
 STABLE = 2.0  # largest product of step and frequency of velocity Verlet: see ``stable_step``
-# largest fraction of the longest stable step where a step is chosen for damped contacts
-_UNSTABLE = 0.5
 
 Code = Callable[[Scene, Sequence[Leg], Sequence[int], Observation], str]
 """Function that runs a scene with given steps and steps between readings on each leg, and passes
@@ -110,13 +107,12 @@ class ExternalEngine(ABC):
         RunFailed
             If the code stops with an error or crashes, or cannot simulate this scene.
         """
-        from hertzchain.engines.native.duration import with_end
+        from hertzchain.engines.native.backend import with_end
 
         begin = time.perf_counter()
         scene = with_end(to_scene(scene), record, self.time_limit)
         times = None if record is None else wanted_times(record, scene.end_time)
         runner = self.runner(scene, Deadline(self.time_limit))
-        refuse_hopeless_overlap(scene)
         error_bound.refuse_strong_dampers(scene)
         answer = runner.answer()
         simulation, peaks, errors = answer.run, answer.peaks, answer.errors
@@ -207,10 +203,7 @@ class _Runner:
 
     @property
     def _has_rivals(self) -> bool:
-        """True if a later blow, with an error of its own, may be the hardest one.
-
-        Damping weakens later blows, of which only maxima near the highest one are kept.
-        """
+        """True if a later blow may be the hardest one; damping weakens those."""
         return self.scene.contact is None and not self.scene.is_plain
 
     def answer(self) -> _Answer:
@@ -309,10 +302,7 @@ class _Runner:
         self, extrapolated: Sequence[Peaks], before: PeakWatch, legs: Sequence[Leg],
         peaks: PeakWatch, rest: float,
     ) -> ContactErrors:  # fmt: skip
-        """Return bounds of the errors of the last extrapolation, on legs.
-
-        ``before`` are the peaks of the run with steps twice as long.
-        """
+        """Return bounds of the errors of the last extrapolation; ``before`` has twice the step."""
         scene, last = self.scene, extrapolated[-1]
         gain, per_unit = accuracy.least_gain(scene), 1 / scene.contact_time
         pairs = itertools.pairwise(reversed(extrapolated))
@@ -332,9 +322,14 @@ class _Runner:
         if scene.contact is None:
             safety = error_bound.second_order_safety(scene, 0.0, rising=False)
             return error_bound.step_for(peaks_at, pilot, wanted, safety)
-        longest = _UNSTABLE * error_bound.stable_step(scene, STABLE)
+        longest = self._longest_damped_step
         safety = error_bound.first_order_safety(scene, rising=False)
         return min(error_bound.step_for(peaks_at, min(pilot, longest), wanted, safety, 1), longest)
+
+    @property
+    def _longest_damped_step(self) -> float:
+        """Longest step that is chosen for damped contacts [s]: half of what is stable."""
+        return 0.5 * error_bound.stable_step(self.scene, STABLE)
 
     def _coarsest_step(self) -> float:
         """Return the first step to extrapolate from [s]; longer steps cannot be extrapolated."""
@@ -342,9 +337,10 @@ class _Runner:
         if self.scene.contact is None:  # of fourth order
             # Step of the first of three extrapolated runs, for 1e-6 [natural time units]
             return min(0.065 * math.pow(part, 1 / 4), 0.4) * unit
-        longest = _UNSTABLE * error_bound.stable_step(self.scene, STABLE)
         wanted = 0.1 * self.engine.rtol  # runs are read after each of these steps, or more rarely
-        longest = min(longest, accuracy.damped_interval(self.scene, wanted, wanted))
+        longest = min(
+            self._longest_damped_step, accuracy.damped_interval(self.scene, wanted, wanted)
+        )
         # Step of the first of four runs of damped contacts, for 1e-6 [natural time units]
         return min(min(0.008 * math.sqrt(part), 0.2) * unit, longest)
 
@@ -359,49 +355,44 @@ class _Runner:
 
     def strides(self, legs: Sequence[Leg], recording: bool = False) -> list[int]:
         """Return the steps between two readings on each leg."""
-        given = self.engine.read_every
-        return [self._stride(leg, recording) if given is None else given for leg in legs]
-
-    def _stride(self, leg: Leg, recording: bool) -> int:
-        stride = self._longest_stride(leg)
-        if recording:
-            # Interval [natural time units]; at 0.3 opening contacts leave 5e-5 in velocities
-            stride = min(stride, int(0.1 * self.scene.contact_time / leg.dt))
-        if leg.ramp is not None:
-            # Least number of readings on a leg with enough steps: the work of a short pulse needs
-            # them
-            stride = min(stride, leg.steps // 8)
-        return max(1, stride)
+        if (given := self.engine.read_every) is not None:
+            return [given] * len(legs)
+        strides = []
+        for leg in legs:
+            stride = self._longest_stride(leg)
+            if recording:
+                # Interval [natural time units]; at 0.3 opening contacts leave 5e-5 in velocities
+                stride = min(stride, int(0.1 * self.scene.contact_time / leg.dt))
+            if leg.ramp is not None:
+                # Least readings on a leg with enough steps, for the work of a short pulse
+                stride = min(stride, leg.steps // 8)
+            strides.append(max(1, stride))
+        return strides
 
     def _longest_stride(self, leg: Leg) -> int:
         """Steps between readings that cost as much as round-off, or 0.1 of the wanted error."""
-        unit = self.scene.contact_time
-        if self.scene.contact is not None:
-            return max(1, int(min(leg.steps, self._damped_interval(leg) / leg.dt)))
-        # Interval between readings [natural time units]: costs 7e-9 of a peak at dt = 0.01, goes as
-        # 1 / dt
-        interval = 0.3 * math.pow(0.01 * unit / leg.dt, 1 / 8)
-        if self.engine.dt is None:
-            interval = min(
-                interval, math.pow(0.1 * self.engine.rtol / accuracy.INTERPOLATION, 1 / 8)
-            )
-        if error_bound.amplifies_errors(self.scene):
-            asked, step = self.engine.dt, leg.dt / unit
-            # Error of a peak over the square of a given step [natural units]
-            error = 0.1 * self.engine.rtol if asked is None else 0.02 * step**2
-            interval = min(interval, math.pow(error / accuracy.KINK, 1 / 3.5))
-        return max(1, int(min(leg.steps, interval * unit / leg.dt)))
-
-    def _damped_interval(self, leg: Leg) -> float:
-        """Longest interval between readings of damped contacts [s]."""
-        if not self.extrapolated:  # as native reads, so that only the steps count
-            return accuracy.damped_interval_at(self.scene, leg.dt)
-        if self.engine.dt is None:
-            wanted = 0.1 * self.engine.rtol
-            return accuracy.damped_interval(self.scene, wanted, wanted)
-        finest = leg.dt / 2**self._halvings
-        by_steps = finest * max(1 / self.scene.contact_time, error_bound.highest_rate(self.scene))
-        return accuracy.damped_interval(self.scene, 0.01 * by_steps**2, 0.1 * by_steps)
+        scene, unit, given = self.scene, self.scene.contact_time, self.engine.dt
+        wanted = 0.1 * self.engine.rtol
+        if scene.contact is None:
+            # Interval between readings [natural time units]: costs 7e-9 of a peak at dt = 0.01, and
+            # grows as dt falls
+            interval = 0.3 * math.pow(0.01 * unit / leg.dt, 1 / 8)
+            if given is None:
+                interval = min(interval, math.pow(wanted / accuracy.INTERPOLATION, 1 / 8))
+            if error_bound.amplifies_errors(scene):
+                # Error of a peak over the square of a given step [natural units]
+                error = wanted if given is None else 0.02 * (leg.dt / unit) ** 2
+                interval = min(interval, math.pow(error / accuracy.KINK, 1 / 3.5))
+            interval *= unit
+        elif not self.extrapolated:  # as native reads, so that only the steps count
+            interval = accuracy.damped_interval_at(scene, leg.dt)
+        elif given is None:
+            interval = accuracy.damped_interval(scene, wanted, wanted)
+        else:
+            finest = leg.dt / 2**self._halvings
+            by_steps = finest * max(1 / unit, error_bound.highest_rate(scene))
+            interval = accuracy.damped_interval(scene, 0.01 * by_steps**2, 0.1 * by_steps)
+        return max(1, int(min(leg.steps, interval / leg.dt)))
 
     def _errors_of_plain(self, legs: Sequence[Leg], run: Simulation, rest: float) -> ContactErrors:
         """Return bounds of the errors of a run, from runs with other steps."""
@@ -430,19 +421,6 @@ class _Runner:
         return accuracy.with_rivals(errors, np.maximum.reduce(rivals) + rest, run.seen, np.maximum)
 
 
-@dataclass(frozen=True, eq=False)
-class Found:
-    """Results that a program left: its version, granules at rest, and all readings.
-
-    With a wall they include the force on it at each reading [N].
-    """
-
-    version: str
-    rest: Granules
-    readings: FloatArray
-    wall_force: FloatArray | None = None
-
-
 @dataclass(frozen=True)
 class ProgramEngine(ExternalEngine):
     """A code that is a program: it reads one file, and writes its readings to others."""
@@ -462,29 +440,32 @@ class ProgramEngine(ExternalEngine):
     wanted: str | None = None
 
     @abstractmethod
-    def _command(self, program: str) -> list[str]:
+    def command(self, program: str) -> list[str]:
         """Return the command that runs ``FILE``."""
 
     @abstractmethod
-    def _found(self, folder: Path, scene: Scene) -> Found:
-        """Read the results that the program left in its folder."""
+    def replay(self, folder: Path, scene: Scene, strides: Sequence[int], seen: Observation) -> str:
+        """Pass the readings that the program left to the observation; return its version."""
 
     def refuse(self, scene: Scene) -> None:
         """Raise RunFailed for a scene that the code cannot simulate."""
         refuse_terms(scene, self.LABEL, self.TERMS)
-        self._refuse(scene)
-
-    @abstractmethod
-    def _refuse(self, scene: Scene) -> None:
-        """Raise RunFailed for terms of a kind that the code does not have."""
+        contact, wall = scene.contact, scene.wall
+        if contact is not None and contact.restitution is None:
+            raise RunFailed(
+                f"a {self.LABEL} deck has no {contact.damping} damping: take damping ="
+                ' "restitution", or another backend'
+            )
+        if wall is not None and wall.own_damping:
+            raise RunFailed(
+                f"{self.LABEL} gets one damping for all contacts: take a wall without"
+                f" {', '.join(wall.own_damping)}, LAMMPS or native"
+            )
 
     def code_of(
         self, scene: Scene, deadline: Deadline, edit: Callable[[str], str] = lambda text: text
     ) -> Code:
-        """Return the code of the program, which runs decks as ``edit`` returns them.
-
-        RunFailed for a scene that it cannot simulate.
-        """
+        """Return the code of the program, which runs decks as ``edit`` returns them."""
         program = find_program(self.program, f"install it with: {self.INSTALL}")
         self.refuse(scene)
 
@@ -495,10 +476,8 @@ class ProgramEngine(ExternalEngine):
             text = edit(self.WRITER.watched(scene, legs, strides))
             with work_folder(self.LABEL) as folder:
                 (folder / self.FILE).write_text(text, encoding="ascii")
-                command = self._command(program)
+                command = self.command(program)
                 run_program(command, folder, deadline, self.LABEL, **self.ENVIRONMENT)
-                record = self._found(folder, scene)
-            seen.replay(record.rest, record.readings, strides, record.wall_force)
-            return record.version
+                return self.replay(folder, scene, strides, seen)
 
         return run

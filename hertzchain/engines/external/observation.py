@@ -42,33 +42,22 @@ def read_blocks(
             head = list(itertools.islice(file, _HEADER))
             if not head:
                 raise RunFailed(f"{path.name}: the dump of the run is empty")
+            granules, names = int(head[3]), head[8].split()[2:]
+            size, places = _HEADER + granules, [names.index(name) for name in columns]
             lines = itertools.chain(head, file)
-            length = frames * (_HEADER + int(head[3]))
-            while block := list(itertools.islice(lines, length)):
-                yield _frames(block, columns)
+            while block := list(itertools.islice(lines, frames * size)):
+                steps = np.array(block[1::size], np.float64)
+                rows = [row.split() for k, row in enumerate(block) if k % size >= _HEADER]
+                table = np.array(rows, np.float64).reshape(len(steps), granules, len(names))
+                order = np.argsort(table[..., names.index("id")])[..., np.newaxis]
+                table = np.take_along_axis(table, order, axis=1)[..., places]
+                yield steps, np.ascontiguousarray(np.moveaxis(table, 2, 1))
     except (OSError, UnicodeDecodeError) as problem:
         raise RunFailed(f"{path.name}: the run left no dump that can be read ({problem})") from None
     except (ValueError, IndexError):
         raise RunFailed(
             f"{path.name}: the dump of the run is cut off or has other columns: is the disk full?"
         ) from None
-
-
-def _frames(lines: list[str], columns: tuple[str, ...]) -> tuple[FloatArray, FloatArray]:
-    steps, values = [], []
-    at = 0
-    while at < len(lines):
-        step, granules = int(lines[at + 1]), int(lines[at + 3])
-        names = lines[at + 8].split()[2:]
-        rows = lines[at + _HEADER : at + _HEADER + granules]
-        table = np.array([[float(number) for number in row.split()] for row in rows])
-        if table.shape != (granules, len(names)):
-            raise ValueError(table.shape)
-        order = np.argsort(table[:, names.index("id")])
-        steps.append(step)
-        values.append([table[order, names.index(name)] for name in columns])
-        at += _HEADER + granules
-    return np.array(steps, np.float64), np.array(values, np.float64)
 
 
 BLOCK = 256  # most readings passed on at a time
@@ -91,75 +80,12 @@ class Granules:
         return np.where(np.isinf(self.mass), 0.0, self.mass)
 
 
-@dataclass(frozen=True, eq=False)
-class Held:
-    """Loads on the granules besides contacts and shock."""
-
-    acceleration: float = 0.0  # of all granules by gravity [m/s^2]
-    second_force: float = 0.0  # on granule 2 behind a free striker, along the chain [N]
-    last_force: float = 0.0  # on the last granule, against the chain [N]
-    wall: float | None = None  # position of the wall [m]; None for a free end
-    pushed: int = 0  # granule on which the applied force acts, counted from 0
-
-    @classmethod
-    def of(cls, scene: Scene) -> Held:
-        """Return loads and wall of a scene."""
-        place = None if scene.wall is None else wall_position(scene)
-        pressed = scene.precompression
-        if pressed is None:
-            return cls(wall=place, pushed=scene.pushed)
-        second = pressed.force if scene.shock.loaded_granule else 0.0
-        return cls(pressed.gravity, second, scene.held_load, place, scene.pushed)
-
-
 def contact_forces(net_force: FloatArray) -> FloatArray:
     """Force in each contact [N], (..., granules - 1), from net forces, (..., granules).
 
     Each is the sum of the net forces beyond it, added from the free end, where they are small.
     """
     return np.cumsum(net_force[..., :0:-1], axis=-1)[..., ::-1]
-
-
-def samples(
-    time: FloatArray, arrays: FloatArray, at_rest: Granules, leg: Leg, held: Held,
-    wall_force: FloatArray | None, law: DampedLaw | None,
-) -> Samples:  # fmt: skip
-    """Convert successive readings on a leg to samples with the derivatives of the positions.
-
-    The readings, at least two: times [s], shape (readings,), and positions [m], velocities [m/s]
-    and net forces [N] along the chain, shape (readings, 3, granules). ``law`` is the law of damped
-    contacts, None for elastic ones.
-
-    Velocity Verlet's own velocities and accelerations are central differences of its positions over
-    a step: they differ from the derivatives by dt^2/6 times the third and dt^2/12 times the fourth
-    derivative. These follow from the forces, with Hertz's exponent and without the stiffness.
-    """
-    position, velocity, force = (np.ascontiguousarray(arrays[:, k]) for k in range(3))
-    reach = (at_rest.diameter[:-1] + at_rest.diameter[1:]) / 2
-    overlap = reach - np.diff(position, axis=-1)
-    if held.wall is not None:
-        last = position[:, -1] + at_rest.diameter[-1] / 2 - held.wall
-        overlap = np.column_stack([overlap, last])
-    # Granules that only touch may overlap by rounding of their positions; this is not a contact.
-    pressed = overlap > np.finfo(np.float64).eps * np.max(np.abs(at_rest.position))
-    net = force - held.acceleration * at_rest.moving_mass
-    net[:, 1:2] -= held.second_force
-    if held.pushed > 0 and leg.ramp is not None:
-        net[:, held.pushed] -= leg.ramp.force(time)
-    net[:, -1] += held.last_force
-    if wall_force is None:
-        contact_force = contact_forces(net)
-    else:
-        net[:, -1] += wall_force
-        contact_force = np.column_stack([contact_forces(net), wall_force])
-    contact_force = np.where(pressed, contact_force, 0.0)
-    states = Samples(
-        time=time, displacement=position - at_rest.position, velocity=velocity,
-        acceleration=force / at_rest.mass, overlap=overlap, contact_force=contact_force,
-    )  # fmt: skip
-    if law is not None:
-        return true_forces(states, law, leg)  # errors of the derivatives are of a higher order
-    return _with_true_derivatives(states, at_rest.mass, leg, held.pushed)
 
 
 def _with_true_derivatives(samples: Samples, mass: FloatArray, leg: Leg, pushed: int) -> Samples:
@@ -233,9 +159,9 @@ def refuse_large(legs: Sequence[Leg], strides: Sequence[int], granules: int) -> 
 class Observation:
     """Observes a run of the scene that a code was given, in the units of the true scene.
 
-    Scene and legs are the true ones; ``made`` relates them to the similar scene that the code runs;
-    ``times`` are the instants of a history [s], if it is wanted; ``code`` is the name in messages;
-    with ``first``, first pulses are wanted.
+    Scene and legs are the true ones; ``scaling`` relates them to the similar scene that the code
+    runs; ``times`` are the instants of a history [s], if it is wanted; ``code`` is the name in
+    messages; with ``first``, first pulses are wanted.
     """
 
     def __init__(
@@ -243,40 +169,34 @@ class Observation:
         code: str, first: bool = False,
     ) -> None:  # fmt: skip
         self._scene, self._scaling, self._legs, self.code = scene, scaling, tuple(legs), code
-        self.legs = [scaling.leg(leg) for leg in legs]  # the legs given to the code
-        self._fastest, self._law = _fastest(scene), DampedLaw.of(scene)
+        self._similar = scaling.scene(scene)  # the scene given to the code, and its legs
+        self.legs = [scaling.leg(leg) for leg in legs]
+        self._law, self._law_given = DampedLaw.of(scene), DampedLaw.of(self._similar)
         self._signals, wall = Signals.of(scene) if first else None, scene.wall is not None
         self._recorder = None if times is None else Recorder(times, scene.bodies, wall)
-        self._given = 0.0
+        self._given = 0.0  # energy at the start [J]
         self._samples: Samples | None = None
-        self._velocity = np.zeros(scene.bodies)
 
     def begin(self, at_rest: Granules) -> None:
         """Store the granules of the code before the shock; refuse a wrong number of them."""
-        count, wanted = at_rest.mass.size, self._scene.bodies
-        if count != wanted:
+        scene, count = self._scene, at_rest.mass.size
+        if count != scene.bodies:
             raise RunFailed(
-                f"{self.code} made {count} granules of a chain of {wanted}: do not trust this"
+                f"{self.code} made {count} granules of a chain of {scene.bodies}: do not trust this"
                 " version with it"
             )
-        if self._scene.piston is not None:
-            at_rest = replace(at_rest, mass=np.append(math.inf, at_rest.mass[1:]))
-        fixed = self._scene.granules.is_fixed
-        at_rest = replace(at_rest, mass=np.where(fixed, math.inf, at_rest.mass))
-        self._at_rest = at_rest
+        held = scene.granules.is_fixed | ((scene.piston is not None) & (np.arange(count) == 0))
+        self._at_rest = replace(at_rest, mass=np.where(held, math.inf, at_rest.mass))
         self._watch = Watch(
-            self._scene, self._law, 1 / at_rest.mass, self._signals, self._recorder,
-            self._scene.units.force,
+            scene, self._law, 1 / self._at_rest.mass, self._signals, self._recorder,
+            scene.units.force,
         )  # fmt: skip
-        scene = self._scaling.scene(self._scene)
-        self._held = Held.of(scene)
-        self._law_given = None if scene.contact is None else DampedLaw.of(scene)
 
     def update(
         self, number: int, time: FloatArray, arrays: FloatArray,
         wall_force: FloatArray | None = None,
     ) -> None:  # fmt: skip
-        """Add successive readings on a leg; the first repeats the last of the call before.
+        """Add successive readings on a leg, at least two; the first repeats the last one before.
 
         All values are those of the scene given to the code: number of the leg, from 0; times [s],
         shape (readings,); positions [m], velocities [m/s] and net forces [N] along the chain, shape
@@ -286,21 +206,59 @@ class Observation:
         """
         if not np.all(np.isfinite(arrays)):
             raise diverged(self.code)
+        seen = self._sampled(time, arrays, self.legs[number], wall_force)
+        deepest = np.max(seen.overlap)
+        deepest = np.max(seen.overlap[:, :-1] + seen.overlap[:, 1:], initial=deepest)
+        if deepest >= np.min(self._at_rest.diameter):
+            raise OverlapTooLarge(
+                f"{self.code} would push granules through one another: {SHORTER}, or else"
+                " a smaller force or a stiffer material"
+            )
+        before, self._samples = self._samples, self._scaling.true(seen)
+        if before is None:
+            start_velocity = arrays[0, 1] / self._scaling.time
+            self._given = self._energy(self._samples, 0, start_velocity)
         leg = self._legs[number]
-        leg_given = self.legs[number]
-        seen = samples(
-            time, arrays, self._at_rest, leg_given, self._held, wall_force, self._law_given
-        )
-        self._refuse_second_neighbours(seen)
-        true_samples = self._scaling.true(seen)
-        if self._samples is None:
-            before = arrays[0, 1] / self._scaling.time
-            self._given = self._energy(true_samples, 0, before)
-        if np.max(np.abs(true_samples.velocity)) > 2 * self._fastest:
-            raise diverged(self.code)
-        self._watch.update(true_samples, leg, leg.dt / 2)
-        self._samples = true_samples
+        self._watch.update(self._samples, leg, leg.dt / 2)
         self._velocity = arrays[-1, 1] / self._scaling.time
+
+    def _sampled(
+        self, time: FloatArray, arrays: FloatArray, leg: Leg, wall_force: FloatArray | None
+    ) -> Samples:
+        """Convert readings on a leg to samples with the derivatives of the positions.
+
+        Velocity Verlet's own velocities and accelerations are central differences of its positions
+        over a step: they differ from the derivatives by dt^2/6 times the third and dt^2/12 times
+        the fourth derivative. These follow from the forces, with Hertz's exponent and without the
+        stiffness. Of damped contacts the forces have an error of a lower order.
+        """
+        scene, rest, pressed = self._similar, self._at_rest, self._similar.precompression
+        position, velocity, force = (np.ascontiguousarray(arrays[:, k]) for k in range(3))
+        overlap = (rest.diameter[:-1] + rest.diameter[1:]) / 2 - np.diff(position, axis=-1)
+        if scene.wall is not None:
+            last = position[:, -1] + rest.diameter[-1] / 2 - wall_position(scene)
+            overlap = np.column_stack([overlap, last])
+        net = force - (0.0 if pressed is None else pressed.gravity) * rest.moving_mass
+        if pressed is not None and scene.shock.loaded_granule:
+            net[:, scene.shock.loaded_granule] -= pressed.force
+        if scene.pushed > 0 and leg.ramp is not None:
+            net[:, scene.pushed] -= leg.ramp.force(time)
+        net[:, -1] += scene.held_load
+        if wall_force is not None:
+            net[:, -1] += wall_force
+        contact_force = contact_forces(net)
+        if wall_force is not None:
+            contact_force = np.column_stack([contact_force, wall_force])
+        # Granules that only touch may overlap by rounding of their positions; this is no contact.
+        touching = overlap > np.finfo(np.float64).eps * np.max(np.abs(rest.position))
+        states = Samples(
+            time=time, displacement=position - rest.position, velocity=velocity,
+            acceleration=force / rest.mass, overlap=overlap,
+            contact_force=np.where(touching, contact_force, 0.0),
+        )  # fmt: skip
+        if scene.contact is not None:
+            return true_forces(states, self._law_given, leg)
+        return _with_true_derivatives(states, rest.mass, leg, scene.pushed)
 
     def replay(
         self, at_rest: Granules, arrays: FloatArray, strides: Sequence[int],
@@ -334,16 +292,6 @@ class Observation:
             balance=self._balance(self._samples), recorder=self._recorder, version=version,
         )  # fmt: skip
 
-    def _refuse_second_neighbours(self, seen: Samples) -> None:
-        """Refuse overlaps so deep that granules would touch the next but one, or pass it."""
-        alone = np.max(seen.overlap)
-        together = np.max(seen.overlap[:, :-1] + seen.overlap[:, 1:], initial=0.0)
-        if max(alone, together) >= np.min(self._at_rest.diameter):
-            raise OverlapTooLarge(
-                f"{self.code} would push granules through one another: {SHORTER}, or else"
-                " a smaller force or a stiffer material"
-            )
-
     def _balance(self, samples: Samples) -> Balance:
         """Momentum and energy from the masses, velocities, forces and overlaps of the code."""
         mass, velocity, scene = self._at_rest.moving_mass, self._velocity, self._scene
@@ -362,26 +310,6 @@ class Observation:
         pressed = np.maximum(overlap, 0.0)
         kinetic = 0.5 * np.sum(self._at_rest.moving_mass * velocity**2)
         return float(kinetic + np.sum(hertz.energy_of(force, pressed)))
-
-
-def _fastest(scene: Scene) -> float:
-    """Half an upper bound of all velocities [m/s]; faster granules mean a diverged motion."""
-    # All energy in one granule of the smallest mass; static contacts have energy too.
-    lightest = float(np.min(scene.granules.mass))
-    at_rest = hertz.energy_of(scene.granules.static_force, scene.granules.static_overlap)
-    static = float(np.sum(at_rest))
-    flying = 0.5 * float((scene.granules.moved * scene.granules.velocity)[1:].sum())
-    if scene.piston is not None:
-        moved = scene.granules.as_if_free.mass[1:]
-        # All granules thrown ahead, and all contacts pressed by the scene's unit of force.
-        energy = 2 * float(np.sum(moved)) * scene.piston.impact_velocity**2 + static
-        energy += moved.size * scene.units.energy
-    else:
-        # The two halves of a cycle of a sine cancel in the impulse, but not in the velocities.
-        pushed = math.fsum(abs(ramp.impulse) for ramp in scene.ramps)
-        momentum = pushed + abs(float(scene.granules.moved[0]))
-        energy = momentum**2 / (2 * scene.pushed_mass) + static
-    return 10.0 * math.sqrt(2 * (energy + flying) / lightest)
 
 
 @dataclass(frozen=True, eq=False)

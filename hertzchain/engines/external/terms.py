@@ -10,13 +10,10 @@ import numpy as np
 
 from hertzchain.arrays import FloatArray
 from hertzchain.errors import RunFailed
-from hertzchain.scene.granules import Granules
+from hertzchain.scene.chain import Granules
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.shocks import SHAPES, Ramp, Stroke
 from hertzchain.scene.terms import ALL_TERMS
-
-_MOST_GRANULES = 100_000
-"""Most granules (chosen): a deck names each of them, in ten seconds."""
 
 MOST_MATERIALS = 100
 """Most types of granules (chosen): a deck has numbers for each pair of types."""
@@ -67,27 +64,16 @@ def wall_material(scene: Scene) -> tuple[float, float]:
     return material["young_modulus"], material["poisson_ratio"]
 
 
-def refuse_damping_of_wall(code: str, scene: Scene) -> None:
-    """Raise RunFailed for a wall with its own damping, which decks of this code cannot have."""
-    if scene.wall is not None and scene.wall.own_damping:
-        raise RunFailed(
-            f"{code} gets one damping for all contacts: take a wall without"
-            f" {', '.join(scene.wall.own_damping)}, LAMMPS or native"
-        )
-
-
 def refuse_long(what: str, scene: Scene) -> None:
     """Raise RunFailed for a deck that would name too many granules; ``what`` begins the error."""
-    count = scene.chain.granules
-    if count > _MOST_GRANULES:
-        raise RunFailed(f"{what} {count} granules would be too long: at most {_MOST_GRANULES}")
+    # Most granules (chosen): a deck names each of them, in ten seconds
+    count, most = scene.chain.granules, 100_000
+    if count > most:
+        raise RunFailed(f"{what} {count} granules would be too long: at most {most}")
 
 
 def materials_of(code: str, granules: Granules) -> tuple[list[Material], list[int]]:
-    """Materials in their order along the chain, and for each granule the number of its material.
-
-    RunFailed if there are more kinds than a deck of the code can have.
-    """
+    """Materials along the chain, and each granule's material; RunFailed for too many in a deck."""
     columns = granules.young_modulus.tolist(), granules.poisson_ratio.tolist()
     materials, numbers = numbered(list(zip(*columns, strict=True)))
     if len(materials) > MOST_MATERIALS:
@@ -105,10 +91,7 @@ def numbered(kinds: Sequence[_Kind]) -> tuple[list[_Kind], list[int]]:
 
 
 def load_commands(scene: Scene) -> list[str]:
-    """Return commands of LAMMPS and LIGGGHTS for the constant forces and the first velocity.
-
-    They use the groups ``first`` and ``last``.
-    """
+    """Return commands of LAMMPS and LIGGGHTS for constant forces and velocities at the start."""
     lines, pressed = [], scene.precompression
     if pressed is not None and pressed.gravity:
         those = "moving" if scene.holds else "all"
@@ -144,40 +127,24 @@ def _velocity_commands(scene: Scene) -> list[str]:
 
 def motion_commands(scene: Scene) -> list[str]:
     """Return the commands of LAMMPS and LIGGGHTS for the motion of all granules but a piston."""
-    if scene.holds:
-        numbers = (scene.granules.fixed + 1).tolist()
-        pushed = scene.pushed + 1
-        return [
-            "# In one dimension granules do not spin: fix nve is enough. Fixed ones are left out.",
-            "group first id 1",
-            *(f"group fixed id {number}" for number in numbers),
-            f"group moving subtract all fixed{'' if scene.piston is None else ' first'}",
-            "fix motion moving nve",
-            *([f"group pushed id {pushed}"] if pushed > 1 else []),
-        ]
-    if scene.piston is None:
-        pushed = scene.shock.granule
-        return [
-            "# In one dimension granules do not spin: fix nve is enough.",
-            "fix motion all nve",
-            "group first id 1",
-            *([f"group pushed id {pushed}"] if pushed > 1 else []),
-        ]
+    about = "# In one dimension granules do not spin: fix nve is enough."
+    pushed = [f"group pushed id {scene.pushed + 1}"] if scene.pushed else []
+    left_out = ["fixed"] * scene.holds + ["first"] * (scene.piston is not None)
+    if not left_out:
+        return [about, "fix motion all nve", "group first id 1", *pushed]
     return [
-        "# In one dimension granules do not spin: fix nve is enough. Granule 1 is moved.",
+        f"{about} {'Fixed ones are left out' if scene.holds else 'Granule 1 is moved'}.",
         "group first id 1",
-        "group moving subtract all first",
+        *(f"group fixed id {number}" for number in (scene.granules.fixed + 1).tolist()),
+        f"group moving subtract all {' '.join(left_out)}",
         "fix motion moving nve",
+        *pushed,
     ]
 
 
 def push_command(scene: Scene) -> str:
-    """Return the command of LAMMPS and LIGGGHTS that applies the force of the variable ``force``.
-
-    Its group is one of ``motion_commands``.
-    """
-    group = "pushed" if scene.pushed else "first"
-    return f"fix shock {group} addforce v_force 0.0 0.0"
+    """Return the command of LAMMPS and LIGGGHTS that applies the variable ``force``."""
+    return f"fix shock {'pushed' if scene.pushed else 'first'} addforce v_force 0.0 0.0"
 
 
 def force_on_ramp(ramp: Ramp, fraction: str) -> str:

@@ -36,8 +36,6 @@ from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
 from hertzchain.scene.terms import ALL_TERMS
 
-_LARGEST_DUMPS = 8e9  # of all dumps [bytes]; chosen, as they are in a temporary folder
-
 _COLUMNS = ("x", "vx", "fx")  # numbers for each granule in the dumps of a run
 _AT_REST, _REST = ("x", "mass", "radius"), "rest.dump"  # those before the shock, and their file
 
@@ -211,29 +209,17 @@ class _Module:
     ) -> Iterator[tuple[FloatArray, FloatArray, FloatArray | None]]:
         """Run a leg; yield times, arrays and forces on a wall in blocks that share one reading."""
         steps, times = stops(leg, stride), reading_times(leg, stride)
-        count = min(times.size, BLOCK + 1)
-        arrays = np.zeros((count, len(engine.ARRAYS), scene.bodies, 3))
-        wall = None if scene.wall is None else np.zeros(count)
-
-        def read(k: int) -> None:
-            engine.read(lammps, arrays[k])
-            if wall is not None:
-                wall[k] = engine.wall_force(lammps)
-
-        read(0)
+        states, wall = [engine.read(lammps, scene.bodies)], [engine.wall_force(lammps, scene)]
         for first in range(0, times.size - 1, BLOCK):
-            block = steps[first : first + BLOCK + 1]
-            for k, (done, stop) in enumerate(itertools.pairwise(block), start=1):
+            for done, stop in itertools.pairwise(steps[first : first + BLOCK + 1]):
                 engine.one_command(lammps, dialect.go_on(stop - done))
                 if self.deadline.left < 0:
                     raise self.deadline.passed()
-                read(k)
-            size = len(block)
-            of_wall = None if wall is None else wall[:size].copy()
-            yield times[first : first + size], arrays[:size, ..., 0], of_wall
-            arrays[0] = arrays[size - 1]
-            if wall is not None:
-                wall[0] = wall[size - 1]
+                states.append(engine.read(lammps, scene.bodies))
+                wall.append(engine.wall_force(lammps, scene))
+            time = times[first : first + len(states)]
+            yield time, np.array(states)[..., 0], None if scene.wall is None else np.array(wall)
+            states, wall = states[-1:], wall[-1:]
 
 
 @dataclass(frozen=True)
@@ -299,11 +285,12 @@ def _refuse_dumps(frames: int, granules: int, folder: Path) -> None:
     # A number has 24 bytes with all digits in a dump, -1.2345678901234567e-05 and a space; the
     # other lines of a frame have 200 bytes
     needed = frames * (200.0 + 3.3 * 24.0 * granules)
-    free = shutil.disk_usage(folder).free
-    if needed > min(_LARGEST_DUMPS, free):
+    # Most bytes of all dumps (chosen), as they are in a temporary folder
+    free, most = shutil.disk_usage(folder).free, 8e9
+    if needed > min(most, free):
         raise TooExpensive(
             f"the states of this run would take about {needed / 1e9:.2g} GB in {folder.parent},"
-            f" which has {free / 1e9:.2g} GB free, and {_LARGEST_DUMPS / 1e9:.0f} GB is the most:"
+            f" which has {free / 1e9:.2g} GB free, and {most / 1e9:.0f} GB is the most:"
             " shorten chain or end_time, ask for less accuracy, or take the lammps module, which"
             " needs no files"
         )

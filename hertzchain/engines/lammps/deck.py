@@ -57,10 +57,7 @@ _ANY = "granular"
 
 
 def set_up(scene: Scene, pair_style: str = "granular", version: str | None = None) -> str:
-    """Return the commands that create the chain at rest, with one of ``PAIR_STYLES``.
-
-    RunFailed for a LAMMPS ``version``, year month day, that is too old for the scene.
-    """
+    """Return the commands that create the chain at rest; RunFailed for too old a LAMMPS."""
     if version is not None:
         refuse_old(scene, version)
     return "\n".join([*start(scene), "", *chain(scene, pair_style)]) + "\n"
@@ -75,10 +72,7 @@ def start(scene: Scene) -> tuple[str, ...]:
 
 
 def chain(scene: Scene, pair_style: str) -> list[str]:
-    """Return the commands after ``start``: granules, contacts, motion, and supports and loads.
-
-    RunFailed if LAMMPS, or this pair style, does not support the scene.
-    """
+    """Return the commands after ``start``: granules, contacts, motion, and supports and loads."""
     refuse_pair_style(scene, pair_style)
     return [*granules(scene, pair_style), "", *motion_commands(scene), *held(scene)]
 
@@ -164,12 +158,9 @@ class _Kind:
 
 
 def _kinds(scene: Scene) -> tuple[list[_Kind], list[int]]:
-    """Return the types of granules in their order along the chain, and each granule's, from 1.
-
-    The fixed granule of a near wall has its own type, as only its contact has the stiffness of a
-    plane.
-    """
+    """Return the types of granules along the chain, and each granule's, from 1: see ``_alike``."""
     kinds, numbers = _alike(scene)
+    # Only the contact of the near wall's granule has the stiffness of a plane.
     if scene.near_wall is not None and numbers[0] in numbers[1:]:
         return [*kinds, kinds[numbers[0] - 1]], [len(kinds) + 1, *numbers[1:]]
     return kinds, numbers

@@ -10,6 +10,7 @@ import contextlib
 import ctypes
 import functools
 import importlib.metadata
+import io
 import os
 import pickle
 import queue
@@ -17,13 +18,14 @@ import re
 import shutil
 import subprocess
 import sys
+import tempfile
 import threading
 import traceback
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, BinaryIO, Self
+from typing import IO, Any, BinaryIO, Self
 
 import numpy as np
 
@@ -43,6 +45,7 @@ from hertzchain.engines.lammps import dialect
 from hertzchain.errors import BackendMissing, HertzchainError, RunFailed, StepUnstable, TooExpensive
 from hertzchain.limits import Deadline
 from hertzchain.observables.error_bound import SHORTER
+from hertzchain.scene.scene import Scene
 
 # ---- The module
 
@@ -57,24 +60,25 @@ COMMANDS = f"atom_modify sort 0 0\nthermo_style custom step\ntimer off\n{dialect
 _QUIET = ("-log", "none", "-screen", "none", "-nocite")
 
 
-def read(instance: Instance, into: FloatArray) -> None:
-    """Copy the present state of LAMMPS, on one process, to (array, granule, component), contiguous.
+def read(instance: Instance, bodies: int) -> FloatArray:
+    """Return the present state of LAMMPS, on one process, (array, granule, component).
 
     Granules are in the order of their ids. LAMMPS may move its arrays during a run, so their
     addresses are read each time.
     """
-    target, size = into.ctypes.data, into[0].nbytes
-    for name in ARRAYS:
+    state = np.empty((len(ARRAYS), bodies, 3))
+    for values, name in zip(state, ARRAYS, strict=True):
         # LAMMPS_DOUBLE_2D of the lammps module, which is imported only when needed
-        ctypes.memmove(target, instance.extract_atom(name, 3)[0], size)
-        target += size
+        ctypes.memmove(values.ctypes.data, instance.extract_atom(name, 3)[0], values.nbytes)
+    return state
 
 
-def wall_force(instance: Instance) -> float:
-    """Return the present force of the last granule on the wall [N], on one process."""
+def wall_force(instance: Instance, scene: Scene) -> float:
+    """Return the present force of the last granule on the wall [N], on one process; 0 without."""
+    if scene.wall is None:
+        return 0.0
     # LMP_STYLE_ATOM and LMP_TYPE_ARRAY of the lammps module
-    forces = instance.extract_fix(dialect.WALL, 1, 2)
-    return -float(forces[instance.extract_setting("nlocal") - 1][1])
+    return -float(instance.extract_fix(dialect.WALL, 1, 2)[scene.bodies - 1][1])
 
 
 def granules(instance: Instance) -> Granules:
@@ -302,25 +306,16 @@ class Program:
             raise explained from None
 
     def _no_run(self, said: str) -> str:
-        """Return why mpiexec and LAMMPS cannot run on these ranks; empty where they can."""
-        mpiexec, lmp = self.command[0], self.command[-1]
-        apart = dialect.TOO_MANY_RANKS in said
-        if self.ranks == 1:
-            return f"{lmp} runs on several ranks by itself: say how many with ranks" * apart
-        if apart:
-            return (
-                f"{mpiexec} and {lmp} are of different MPI, so that each of {self.ranks} ranks runs"
-                " alone: put the mpiexec of that LAMMPS next to it or first on PATH, or leave ranks"
-                " out"
-            )
-        if dialect.STARTED not in said:
-            lines = (" ".join(line.split()) for line in said.splitlines())
-            first = next((line for line in lines if line.strip("-")), "it says nothing")
-            return (
-                f"{mpiexec} cannot start {lmp} ({first}): it must be allowed to run here, and of"
-                " the same MPI, next to that LAMMPS or first on PATH; or leave ranks out"
-            )
-        return ""
+        """Return why LAMMPS cannot run on these ranks; empty where it can."""
+        if dialect.TOO_MANY_RANKS not in said and (self.ranks == 1 or dialect.STARTED in said):
+            return ""
+        lines = [" ".join(line.split()) for line in said.splitlines() if line.strip(" -")]
+        lines.sort(key=lambda line: dialect.TOO_MANY_RANKS not in line)
+        return (
+            f"{' '.join(self.command)} does not run LAMMPS on {self.ranks} of its ranks"
+            f" ({lines[0] if lines else 'it says nothing'}): mpiexec must be of the same MPI, next"
+            " to that LAMMPS or first on PATH, and ranks the number that it starts"
+        )
 
 
 def _explained(problem: RunFailed, said: str) -> RunFailed:
@@ -353,7 +348,6 @@ _SERVER = (
     "from hertzchain.engines.lammps.engine import serve; serve()"
 )
 
-_KEPT_BYTES = 4096  # bytes kept of the standard error of the process
 _END_SECONDS = 5.0  # seconds that a process with closed output gets to end by itself
 
 
@@ -364,7 +358,8 @@ class Child:
     """
 
     def __init__(self) -> None:
-        self._process: _Process | None = None
+        self._process: subprocess.Popen[bytes] | None = None
+        self._said: IO[bytes] = io.BytesIO()  # its standard error
 
     def __enter__(self) -> Self:
         return self
@@ -375,7 +370,7 @@ class Child:
     @property
     def pid(self) -> int | None:
         """Process id; None while there is no process."""
-        return None if self._process is None else self._process.popen.pid
+        return None if self._process is None else self._process.pid
 
     def call(
         self, function: Task, *arguments: object, time_limit: float, who: str = "LAMMPS"
@@ -386,18 +381,17 @@ class Child:
         """
         request = pickle.dumps(pickle.dumps((function, arguments)))
         deadline = Deadline(time_limit)
-        process = self._process
-        if process is None:
-            process = self._process = _Process()
+        process = self._process = self._process or self._started()
+        answers: queue.SimpleQueue[Answer] = queue.SimpleQueue()
+        self._exchange = _thread(_exchange, process, request, answers)
         try:
-            answer = process.ask(request, deadline)
+            answer = _wait_for(answers, deadline)
         # time limit, Ctrl-C: a late answer must not be taken for the answer to the next call
         except BaseException:
             self.end()
             raise
         if answer is None:
-            self._process = None
-            raise process.failure(who)
+            raise self._failure(process, who)
         worked, outcome = answer
         if not worked:
             raise outcome
@@ -406,100 +400,80 @@ class Child:
     def end(self) -> None:
         """Kill the process, if there is one; a call to it from another thread fails then."""
         process, self._process = self._process, None
-        if process is not None:
-            process.end()
+        if process is None:
+            return
+        if process.poll() is None:  # otherwise its id may belong to another process
+            kill(process)
+        self._exchange.join(_END_SECONDS)
+        for stream in (process.stdin, process.stdout, self._said):
+            assert stream is not None
+            with contextlib.suppress(OSError):
+                stream.close()
 
+    def _started(self) -> subprocess.Popen[bytes]:
+        try:
+            self._said = tempfile.TemporaryFile()  # noqa: SIM115 - closed by ``end``
+            # -P: sys.path is given, and Python 3.13.0 to 3.13.2 cannot import NumPy if sys.path
+            # has a folder that was deleted (python/cpython#130932).
+            process = start(
+                [sys.executable, "-P", "-c", _SERVER, *sys.path],
+                stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self._said,
+            )  # fmt: skip
+        except OSError as problem:
+            self._said.close()
+            raise RunFailed(
+                f"a process for LAMMPS cannot be started ({problem.strerror}): free memory, disk"
+                " and processes"
+            ) from None
+        forget_shared_memory(process.pid)
+        return process
 
-_MAX_UNUSABLE = 8
-"""Processes tried when another user's shared memory has the number of each; chosen."""
-
-
-def _start_server() -> subprocess.Popen[bytes]:
-    try:
-        # -P: sys.path is given, and Python 3.13.0 to 3.13.2 cannot import NumPy if sys.path
-        # has a folder that was deleted (python/cpython#130932).
-        return start(
-            [sys.executable, "-P", "-c", _SERVER, *sys.path],
-            stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-        )  # fmt: skip
-    except OSError as problem:
-        raise RunFailed(
-            f"a process for LAMMPS cannot be started ({problem.strerror}): free memory and"
-            " processes"
-        ) from None
-
-
-class _Process:
-    """The child process and its standard error."""
-
-    def __init__(self) -> None:
-        self.popen = _start_server()
-        # Processes whose number another user's shared memory has; kept, so that none comes twice
-        unusable: list[subprocess.Popen[bytes]] = []
-        while not forget_shared_memory(self.popen.pid) and len(unusable) < _MAX_UNUSABLE:
-            unusable.append(self.popen)
-            self.popen = _start_server()
-        for process in unusable:
-            with process:
-                kill(process)
-        self._said = b""
-        self._threads = [_thread(self._listen)]
-
-    def ask(self, request: bytes, deadline: Deadline) -> Answer:
-        """Return the answer to a request; None if the process has ended."""
-        answers: queue.SimpleQueue[Answer] = queue.SimpleQueue()
-        self._threads[1:] = [_thread(self._exchange, request, answers)]
-        while True:
-            left = deadline.left
-            try:
-                return answers.get(timeout=min(max(left, 0.0), SLICE))
-            except queue.Empty:
-                if left <= 0:
-                    raise deadline.passed() from None
-
-    def failure(self, who: str) -> RunFailed:
+    def _failure(self, process: subprocess.Popen[bytes], who: str) -> RunFailed:
         """Return the error for the ended process, from its status and last output."""
         with contextlib.suppress(subprocess.TimeoutExpired):
-            self.popen.wait(_END_SECONDS)
+            process.wait(_END_SECONDS)
+        said = ""
+        with contextlib.suppress(OSError, ValueError):  # another thread has ended the process
+            # Bytes at its end that tell why the process ended
+            self._said.seek(max(0, self._said.seek(0, os.SEEK_END) - 4096))
+            said = self._said.read().decode(errors="replace")
         self.end()
-        status, said = self.popen.returncode, self._said.decode(errors="replace")
+        status = process.returncode
         if dialect.is_out_of_memory(said):
             return dialect.not_enough_memory(who)
         name = f"status {status}" if status >= 0 else signal_name(status)
         if name == "SIGKILL":
             return dialect.was_killed(who)
-        last = next((line.strip() for line in reversed(said.splitlines()) if line.strip()), "")
-        words = f": {last}" if last else ""
-        return RunFailed(f"{who} ended with {name}{words}; hertzchain doctor says whether it works")
+        lines = ["", *(f": {line.strip()}" for line in said.splitlines() if line.strip())]
+        return RunFailed(
+            f"{who} ended with {name}{lines[-1]}; hertzchain doctor says whether it works"
+        )
 
-    def end(self) -> None:
-        """Kill the process, and wait until it is gone."""
-        if self.popen.poll() is None:  # otherwise its id may belong to another process
-            kill(self.popen)
-        for thread in self._threads:
-            thread.join(_END_SECONDS)
-        for stream in (self.popen.stdin, self.popen.stdout, self.popen.stderr):
-            assert stream is not None
-            with contextlib.suppress(OSError):
-                stream.close()
 
-    def _exchange(self, request: bytes, answers: queue.SimpleQueue[Answer]) -> None:
-        """Write and read in a thread: either may wait without end if the other side hangs."""
-        assert self.popen.stdin is not None
-        assert self.popen.stdout is not None
+def _wait_for(answers: queue.SimpleQueue[Answer], deadline: Deadline) -> Answer:
+    while True:
+        left = deadline.left
         try:
-            self.popen.stdin.write(request)
-            self.popen.stdin.flush()
-            answers.put(pickle.loads(pickle.load(self.popen.stdout)))  # noqa: S301 - our process
-        except (OSError, EOFError, pickle.UnpicklingError):
-            answers.put(None)
-        except Exception as problem:  # for example no memory for the answer
-            answers.put((False, problem))
+            return answers.get(timeout=min(max(left, 0.0), SLICE))
+        except queue.Empty:
+            if left <= 0:
+                raise deadline.passed() from None
 
-    def _listen(self) -> None:
-        assert self.popen.stderr is not None
-        while said := os.read(self.popen.stderr.fileno(), _KEPT_BYTES):
-            self._said = (self._said + said)[-_KEPT_BYTES:]
+
+def _exchange(
+    process: subprocess.Popen[bytes], request: bytes, answers: queue.SimpleQueue[Answer]
+) -> None:
+    """Write and read in a thread: either may wait without end if the other side hangs."""
+    assert process.stdin is not None
+    assert process.stdout is not None
+    try:
+        process.stdin.write(request)
+        process.stdin.flush()
+        answers.put(pickle.loads(pickle.load(process.stdout)))  # noqa: S301 - our process
+    except (OSError, EOFError, pickle.UnpicklingError):
+        answers.put(None)
+    except Exception as problem:  # for example no memory for the answer
+        answers.put((False, problem))
 
 
 def _thread(target: Callable[..., None], *arguments: object) -> threading.Thread:

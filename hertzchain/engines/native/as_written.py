@@ -245,7 +245,7 @@ def judging_peaks(scene: Scene, deadline: Deadline) -> tuple[FloatArray, float]:
         for tolerance, longest in ((_RTOL, 1.0), (_LOOSER_RATIO * _RTOL, shorter))
     )
     floor = _ELASTIC_FLOOR if scene.contact is None else _DAMPED_FLOOR
-    errors = SAFETIES["SciPy, judging"].bounds([tight.differences(loose)], least=floor * _RTOL)
+    errors = SAFETIES["erratic"].bounds([tight.differences(loose)], least=floor * _RTOL)
     return np.asarray(tight.force), errors.largest
 
 

@@ -17,10 +17,9 @@ from numpy.typing import ArrayLike
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.native import damped_runs
 from hertzchain.engines.native import plan as plans
-from hertzchain.engines.native.duration import with_end
 from hertzchain.engines.native.plan import METHODS, Method, Walker
-from hertzchain.engines.native.simulation import Prepared, Run, Simulation, work_of
-from hertzchain.errors import POSITIVE, StepUnstable, is_positive, require
+from hertzchain.engines.native.simulation import Prepared, Run, Simulation, simulate, work_of
+from hertzchain.errors import POSITIVE, HertzchainError, StepUnstable, is_positive, require
 from hertzchain.limits import RTOL, TIGHTEST, TIME_LIMIT, Deadline, check_time_limit
 from hertzchain.observables import error_bound
 from hertzchain.observables.error_bound import ContactErrors
@@ -34,14 +33,13 @@ from hertzchain.scene.scene import (
     SceneLike,
     largest_overlap_ratio,
     refuse_deep_overlap,
-    refuse_hopeless_overlap,
     to_scene,
 )
 from hertzchain.scene.schedule import Leg
 
 if TYPE_CHECKING:
     from hertzchain.engines.native.as_written import RungeKutta
-    from hertzchain.observables.preparation import Watched
+    from hertzchain.observables.compiling import Watched
 
 
 _SECOND_ACCURACY_RATIO = 1e-3
@@ -69,6 +67,10 @@ In one of 3,000 random scenes, of two granules, it was 60 times too small.
 
 _LEAST_DIFFERENCE_RATIO = 10.0
 """Least ratio of a difference to the error of the accurate run (chosen)."""
+
+_END_RTOL, _MOST_END_WORK = 1e-6, 1e9
+"""Accuracy of a run for its end alone, and its largest work, in force evaluations of a granule:
+half a minute on a fast machine, and the same end on any."""
 
 
 @dataclass(frozen=True)
@@ -166,10 +168,9 @@ class Native:
         """
         scene = to_scene(scene)
         native = self if self.wanted else replace(self, wanted=usually_wanted(scene))
-        refuse_hopeless_overlap(scene)
         error_bound.refuse_strong_dampers(scene)
         import hertzchain.engines.native.elastic  # noqa: F401 - loaded before any clock starts
-        from hertzchain.observables.preparation import Watched
+        from hertzchain.observables.compiling import Watched
 
         versions(self.method)  # looked up once, which takes longer than most runs
         with Watched() as preparation:
@@ -268,9 +269,7 @@ class Native:
         longest = max(leg.dt for leg in legs)
         is_long = longest > error_bound.SHORT * scene.contact_time
         if is_damped:
-            from hertzchain.engines.native.damped_verlet import simulate_damped_verlet
-
-            run = simulate_damped_verlet(scene, legs, deadline, recorder, first=self._first)
+            run = by_velocity_verlet(scene, legs, deadline, recorder, first=self._first)
         else:
             prepared = self._prepared(scene, deadline)
             run = prepared.simulate(legs, method.walker, recorder, leave_behind=self.peaks_only)
@@ -431,6 +430,73 @@ def _errors_of_steps(
         safety = error_bound.second_order_safety(scene, longest, rising)
     rest = method.floor + plans.round_off(run.evaluations)
     return safety.bounds(differences, [other.weight for other in others], rest)
+
+
+def by_velocity_verlet(
+    scene: Scene, legs: Sequence[Leg], deadline: Deadline | None = None,
+    recorder: Recorder | None = None, start: FloatArray | None = None, first: bool = False,
+) -> Simulation:  # fmt: skip
+    """Integrate a scene with elastic or damped contacts once by velocity Verlet.
+
+    Arguments are as for ``simulation.simulate``; with damped contacts ``first`` says whether first
+    pulses are wanted.
+    """
+    if scene.contact is None:
+        walker = METHODS["velocity-verlet"].walker
+        return simulate(scene, legs, walker, recorder, deadline=deadline, start=start)
+    from hertzchain.engines.native.verlet import simulate_damped_verlet
+
+    return simulate_damped_verlet(scene, legs, deadline, recorder, start, first)
+
+
+def with_end(scene: Scene, record: ArrayLike | None = None, time_limit: float = math.inf) -> Scene:
+    """Return a scene with the end of its run [s], the same for every engine.
+
+    An end that is given stays. By default, scenes with a striker, a wall or unlike granules end at
+    twice the time at which the first pulse of every contact is over, plus three natural time units;
+    at latest at ``Scene.end_time`` where pulses are over by then. All other scenes end there.
+
+    Parameters
+    ----------
+    scene
+        What to simulate.
+    record
+        Times at which the motion is recorded [s], if any: the end is not before them, but at latest
+        at ``Scene.end_time``.
+    time_limit
+        Time limit of the run that finds the end [s], without compiling; beyond it, or with too much
+        work, the end is ``Scene.end_time``.
+    """
+    if not finds_end(scene):
+        return scene
+    end = _end_of(scene, time_limit)
+    if record is not None and np.ndim(record) == 1:
+        with suppress(TypeError, ValueError):  # no times: the engine refuses them in words
+            last = float(np.max(np.asarray(record, np.float64), initial=0.0))
+            end = max(end, min(last, scene.end_time))
+    return scene.until(end)
+
+
+def _end_of(scene: Scene, time_limit: float) -> float:
+    """The end that one run finds, without a bound of its error."""
+    from hertzchain.observables.compiling import Watched
+
+    plan = plans.cheapest(_END_RTOL, checked=False)
+    # The wanted run itself reports why one is refused.
+    with Watched() as preparation, suppress(HertzchainError):
+        deadline = Deadline(time_limit, lambda: preparation.time)
+        if scene.contact is not None:
+            error_bound.refuse_strong_dampers(scene)
+            run = damped_runs.simulate_damped(
+                scene, _END_RTOL, deadline, most_work=_MOST_END_WORK, first=True
+            )
+        elif work_of(scene, plan.legs(scene), plan.walker.stepper.stages) > _MOST_END_WORK:
+            return scene.end_time
+        else:
+            legs, usual = plan.first_legs(scene, first=True)
+            run = Prepared.of(scene, deadline, first=True).simulate(legs, plan.walker, usual=usual)
+        return run.end * scene.units.time
+    return scene.end_time
 
 
 def motion_at(scene: Scene, time: FloatArray, rtol: float, deadline: Deadline) -> History:

@@ -307,7 +307,7 @@ def plain_peaks(
     estimate of the error; they are made from their numbers unless ``scenes`` are given.
     """
     import hertzchain.engines.native.elastic  # noqa: F401 - loaded before any clock starts
-    from hertzchain.observables.preparation import Watched
+    from hertzchain.observables.compiling import Watched
 
     plans.check(rtol)
     check_time_limit(time_limit)

@@ -121,7 +121,7 @@ class Method:
     walker: Walker
     step: float  # default step, natural time units
     interval: float
-    safety: str = "equal steps"  # kind of run: see ``error_bound.SAFETIES``
+    safety: str = "erratic"  # kind of run: see ``error_bound.SAFETIES``
     # error at any step, left by refinement; at most 4e-12 in the paper's scenes
     floor: float = 0.0
 
@@ -129,7 +129,7 @@ class Method:
 METHODS: dict[str, Method] = {
     "reference": Method(
         Walker(SRKN_11B, tolerance=1e-10, cosine_steps=32, starting=math.inf), step=0.05,
-        interval=9.07, safety="refined steps", floor=1e-11,
+        interval=9.07, safety="regular", floor=1e-11,
     ),
     "srkn-11b": Method(Walker(SRKN_11B), step=0.2, interval=9.07),
     "rk4": Method(Walker(RungeKutta4()), step=0.0125, interval=2.83),
@@ -292,13 +292,13 @@ def cheapest(rtol: float, checked: bool = True, hard: bool = False) -> Plan:
     if not checked and rtol >= _UNREFINED_RTOL:
         plain = Walker(SRKN_11B, 0.0, cosine_steps, 0.0)
         error = _UNCHECKED_ERROR_RATIO * rtol
-        return Plan("srkn-11b", plain, _LONGEST_STEP, error, SAFETIES["plan"])
+        return Plan("srkn-11b", plain, _LONGEST_STEP, error, SAFETIES["planned"])
     starting = math.inf if hard else 4 + 2 * tight
     walker = Walker(SRKN_11B, 5e3 * aim, cosine_steps, starting)
     if checked:
         step = min(_STEP_RATIO * step, _LONGEST_CHECKED_STEP)
     error = (_CHECKED_ERROR_RATIO if checked else _UNCHECKED_ERROR_RATIO) * rtol
-    return Plan("srkn-11b", walker, step, error, SAFETIES["plan, hard" if hard else "plan"])
+    return Plan("srkn-11b", walker, step, error, SAFETIES["erratic" if hard else "planned"])
 
 
 def first_plan(rtol: float, hard: bool, first: bool) -> Plan:
@@ -310,7 +310,7 @@ def first_plan(rtol: float, hard: bool, first: bool) -> Plan:
     if not (hard and first):
         return cheapest(rtol, hard=hard)
     accuracy = min(max(rtol / _FIRST_RTOL_RATIO, TIGHTEST), _LARGEST_FIRST_RTOL)
-    plan, safety = cheapest(accuracy), SAFETIES["plan, tried first"]
+    plan, safety = cheapest(accuracy), SAFETIES["tried first"]
     return replace(plan, error=_ERRATIC_ERROR_RATIO * plan.error, safety=safety)
 
 

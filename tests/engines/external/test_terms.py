@@ -13,13 +13,11 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.engines import liggghts, yade
-from hertzchain.engines.external.engine import ProgramEngine
 from hertzchain.engines.lammps import deck as lammps_deck
 from hertzchain.errors import RunFailed
 from hertzchain.observables.peaks import largest_difference
 from hertzchain.verdict.run_checks import balance_checks, same_steps_checks
 from tests.conftest import STEEL
-from tests.engines.lammps.test_lammps import largest
 from tests.scenes import (
     DAMPED,
     DASHPOT,
@@ -36,34 +34,6 @@ from tests.scenes import (
 )
 from validation.random_scenes import random_damped_scene, with_wall_of_its_own
 
-
-@pytest.mark.lammps
-@pytest.mark.parametrize(
-    "engine",
-    [
-        pytest.param(hc.Liggghts, marks=pytest.mark.liggghts),
-        pytest.param(hc.Yade, marks=[pytest.mark.yade, pytest.mark.slow]),
-    ],
-)
-def test_results_are_those_of_lammps(engine: type[ProgramEngine]) -> None:
-    """Read at the same steps only round-off differs, in peaks and histories, wall and all."""
-    scene = TERMS["all at once"]
-    times = np.linspace(0.0, scene.end_time, 9)
-    dt = 0.1 * scene.contact_time
-    other, lammps = (each(dt=dt).run(scene, record=times) for each in (engine, hc.Lammps))
-    assert [check.name for check in balance_checks(other) if not check.passed] == []
-    allowed = 10 * other.lost_digits.bound
-    assert allowed < 1e-9
-    assert largest_difference(other.peak_force, lammps.peak_force) < allowed
-    assert other.static_force == pytest.approx(lammps.static_force, rel=1e-15, abs=0)
-    assert other.history is not None
-    assert lammps.history is not None
-    for name in ("displacement", "velocity", "contact_force"):
-        of_other, of_lammps = getattr(other.history, name), getattr(lammps.history, name)
-        # Interpolated between readings that differ by round-off, at its end as in the test above.
-        assert largest(of_other, of_lammps) < 2e-9
-
-
 COMPUTED = {law: DAMPED[law] for law in ("restitution", "viscoelastic")}
 WRITTEN = {**TERMS, **COMPUTED, "plain": load("demo")}
 
@@ -74,9 +44,9 @@ def test_decks_have_no_mass_no_stiffness_and_no_damping_computed_here(name: str)
     scene = WRITTEN[name]
     legs, each = scene.schedule(0.1 * scene.contact_time), scene.granules
     strides = [1] * len(legs)
-    decks = [liggghts.watched(scene, legs, strides), lammps_deck.set_up(scene)]
-    if name != "viscoelastic":  # which Yade does not have
-        decks.append(yade.watched(scene, legs, strides))
+    decks = [lammps_deck.set_up(scene)]
+    if name != "viscoelastic":  # which the others do not have
+        decks += [code.watched(scene, legs, strides) for code in (liggghts, yade)]
     computed = [each.stiffness, each.mass, *([] if each.damping is None else [each.damping])]
     for text in decks:
         assert scene.is_plain or all(repr(x) in text for x in each.position.tolist())
@@ -118,8 +88,6 @@ REFUSED: list[tuple[Callable[[hc.Scene], object], hc.Scene, str]] = [
      "take LAMMPS of 29 Sep 2021 or later"),
     (lammps_deck.set_up, struck(101, radius=RADII, contact=VISCOELASTIC),
      "101 kinds, and with viscoelastic damping"),
-    (liggghts.set_up, struck(101, radius=RADII, contact=VISCOELASTIC),
-     "101 pairs of material and mass are too many"),
     (liggghts.set_up, struck(101, young_modulus=np.linspace(193e9, 194e9, 101)),
      "of 101 materials, a LIGGGHTS deck has at most 100"),
     (lammps_deck.set_up, LONG, "LAMMPS deck of 100001 granules would be too long"),
@@ -127,11 +95,13 @@ REFUSED: list[tuple[Callable[[hc.Scene], object], hc.Scene, str]] = [
     (lambda scene: yade.watched(scene, [], []), LONG, "Yade with 100001 granules would be too"),
     (hc.Liggghts().refuse, struck(2, poisson_ratio=[0.3, -0.1]), "this chain has -0.1"),
     (hc.Liggghts().refuse, struck(2, wall=hc.Wall("elastic", 1e9, -0.2)), "this wall has -0.2"),
-    (hc.Liggghts().refuse, struck(2, contact=DASHPOT), "LIGGGHTS has no dashpot damping"),
+    *(
+        (code.refuse, struck(2, contact=law), f"a {code.LABEL} deck has no {law.damping} damping")
+        for code in (hc.Liggghts(), hc.Yade())
+        for law in (DASHPOT, VISCOELASTIC)
+    ),
     (hc.Liggghts().refuse, struck(2, contact=SMALL),
      "restitution above 0.05, this one is 0.05: take another"),
-    (hc.Yade().refuse, struck(2, contact=VISCOELASTIC), "has no viscoelastic damping with Hertz"),
-    (hc.Yade().refuse, struck(2, contact=DASHPOT), "Yade has no dashpot damping with Hertz's law"),
     (hc.Yade().refuse, struck(2, contact=PULLING), "never pull in Yade: leave out attraction"),
     (hc.Liggghts().refuse, OWN_DAMPING, ONE_DAMPING),
     (hc.Yade().refuse, OWN_DAMPING, ONE_DAMPING),
@@ -149,7 +119,7 @@ def test_what_a_code_does_not_have_is_refused(
 
 def test_what_a_code_has_is_not_refused() -> None:
     above = replace(SMALL, restitution=math.nextafter(0.05, 1))
-    for law in (None, RESTITUTION, PULLING, VISCOELASTIC, above):
+    for law in (None, RESTITUTION, PULLING, above):
         hc.Liggghts().refuse(struck(2, contact=law))
     for law in (None, RESTITUTION):
         hc.Yade().refuse(struck(2, contact=law))
@@ -173,37 +143,6 @@ def test_contacts_pull_only_where_they_may(attraction: bool) -> None:
 # Results
 
 
-EACH = [
-    pytest.param(hc.Liggghts, marks=[pytest.mark.liggghts, pytest.mark.slow]),
-    pytest.param(hc.Yade, marks=[pytest.mark.yade, pytest.mark.slow]),
-]
-
-
-@pytest.mark.parametrize("engine", EACH)
-@pytest.mark.parametrize(("rtol", "extrapolated"), [(1e-2, False), (1e-5, True)])
-def test_the_wanted_error(engine: type[ProgramEngine], rtol: float, extrapolated: bool) -> None:
-    scene = replace(TERMS["all at once"], contact=RESTITUTION)
-    result = engine(rtol=rtol, extrapolated=extrapolated).run(scene)
-    truth = hc.Native(rtol=1e-9).run(scene)
-    error = largest_difference(result.peak_force, truth.peak_force)
-    assert error <= result.error_estimate <= rtol
-    assert [check for check in balance_checks(result) if not check.passed] == []
-    if not extrapolated:  # balances are of one run
-        lost = truth.balance.dissipated
-        assert result.balance.dissipated == pytest.approx(lost, rel=rtol, abs=0)
-
-
-def test_the_damping_of_a_viscoelastic_deck() -> None:
-    """3/2 A k over the contact mass, from the material; k = 4/3 E* without the radius."""
-    scene = hc.Scene(hc.Chain(3, **STEEL), hc.Striker(1.0), contact=VISCOELASTIC)
-    text = liggghts.set_up(scene).replace("&\n", "")
-    modulus = STEEL["young_modulus"] / (2 * (1 - STEEL["poisson_ratio"] ** 2))
-    mass = STEEL["density"] * 4 / 3 * math.pi * STEEL["radius"] ** 3 / 2
-    expected = 1.5e-6 * 4 / 3 * modulus / mass
-    damping = float(text.partition("gamman peratomtypepair 1 ")[2].split()[0])
-    assert damping == pytest.approx(expected, rel=1e-12)  # rounding
-
-
 @pytest.mark.lammps
 @pytest.mark.parametrize(
     "name", [pytest.param("column", marks=pytest.mark.slow), "above the cut-off, wall"]
@@ -212,33 +151,6 @@ def test_comparisons(name: str) -> None:
     compared = hc.compare((PISTONS | SINES)[name])
     assert [check for check in compared.checks if not check.passed] == []
     assert compared.verdict == "pass"
-
-
-@pytest.mark.lammps
-@pytest.mark.parametrize(
-    "other", [hc.Sine(10.00001, 8000.0, 3), hc.Sine(10.0, 8000.1, 3), hc.Sine(10.0, 8000.0, 4)]
-)
-def test_another_sine_is_found(other: hc.Sine) -> None:
-    scene = (PISTONS | SINES)["as strong as the load"]
-    run, load = hc.Run(scene.end_time), hc.Precompression(10.1)
-    scene = hc.Scene(scene.chain, scene.shock, run, precompression=load)
-    result = hc.Lammps(dt=0.02 * scene.contact_time).run(scene)
-    assert all(check.passed for check in same_steps_checks(result))
-    mistaken = replace(result, scene=replace(scene, shock=other))
-    assert not all(check.passed for check in same_steps_checks(mistaken))
-
-
-@pytest.mark.lammps
-@pytest.mark.parametrize(
-    "law", [None, pytest.param(hc.Contact("restitution", restitution=0.8), marks=pytest.mark.slow)]
-)
-def test_a_slow_sine_has_not_diverged(law: hc.Contact | None) -> None:
-    """It throws a free chain at 26 m/s and catches it again, though its impulse is 0."""
-    shock, pressed = hc.Sine(100.0, 100.0, 1), hc.Precompression(100.0)
-    scene = hc.Scene(hc.Chain(3, **STEEL), shock, precompression=pressed, contact=law)
-    result, native = (code(rtol=1e-3).run(scene) for code in (hc.Lammps, hc.Native))
-    error = largest_difference(result.peak_force, native.peak_force)
-    assert error <= result.error_estimate + native.error_estimate
 
 
 @pytest.mark.lammps

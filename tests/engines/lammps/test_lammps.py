@@ -16,10 +16,9 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.external.observation import contact_forces
 from hertzchain.engines.lammps.deck import leg_commands, set_up
 from hertzchain.engines.lammps.dialect import PAIR_STYLES
-from hertzchain.engines.lammps.engine import command, engine, granules
+from hertzchain.engines.lammps.engine import command, engine
 from hertzchain.engines.native.plan import METHODS
 from hertzchain.engines.native.simulation import simulate
 from hertzchain.errors import SceneError
@@ -93,23 +92,6 @@ def test_the_wanted_error(name: str, lammps: hc.Lammps) -> None:
     assert result.error_estimate > lammps.rtol / 300
     if lammps.extrapolated:
         assert result.steps < 20_000  # velocity Verlet alone takes 66,000 or more
-
-
-def test_mass_and_force_are_those_of_equation_1() -> None:
-    # LAMMPS is given E, nu, R and rho only; a wrong mass or stiffness on either side shows.
-    scene = paper_scene("cosine", 1.0, 2.0, granules=3)
-    for pair_style in PAIR_STYLES:
-        with engine() as lammps:
-            command(lammps, set_up(scene, pair_style))
-            assert granules(lammps).mass == pytest.approx(
-                [scene.chain.granule_mass] * 3, rel=1e-14, abs=0
-            )
-            overlap = 3e-6
-            command(lammps, f"displace_atoms first move {overlap!r} 0 0 units box\nrun 0 post no")
-            force = contact_forces(lammps.numpy.extract_atom("f")[:, 0])
-        # The position at 2R = 9.5 mm is known to 1e-18 m: 4e-13 of the overlap.
-        expected = scene.chain.contact_stiffness * overlap**1.5
-        assert force == pytest.approx([expected, 0.0], rel=1e-11, abs=0)
 
 
 def test_derivatives_are_those_of_the_displacements(demo: hc.Scene) -> None:

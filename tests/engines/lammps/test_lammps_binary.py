@@ -25,7 +25,7 @@ from hertzchain.cli.doctor import diagnose
 from hertzchain.engines.lammps.engine import binary_build, find_mpiexec, module_build
 from hertzchain.errors import BackendMissing, HertzchainError, RunFailed, StepUnstable, TooExpensive
 from hertzchain.limits import Deadline
-from hertzchain.verdict.generated_deck import number_checks
+from hertzchain.verdict.comparison import number_checks
 from tests.command_line import Command, is_refused, python
 from tests.conftest import STEEL, paper_scene
 from tests.engines.lammps.reading.chains import BESIDE_PYTHON, OTHERS
@@ -294,7 +294,10 @@ def test_mpiexec_is_the_one_beside_the_binary(
     assert find_mpiexec(lmp) == on_path
     beside = program(tmp_path / "mpiexec", "echo -------; echo 'You are root.'; exit 213")
     assert find_mpiexec(lmp) == beside
-    with pytest.raises(BackendMissing, match=r"mpiexec cannot start .*lmp \(You are root\.\): it"):
+    with pytest.raises(
+        BackendMissing,
+        match=r"mpiexec .*lmp does not run LAMMPS on 2 .*\(You are root\.\): mpiexec must",
+    ):
         hc.Lammps(1e-7, lmp=lmp, ranks=2).run(SHORT)
 
 
@@ -304,13 +307,15 @@ def test_ranks_of_which_each_is_alone_are_refused(tmp_path: Path) -> None:
     # As an mpiexec of another MPI starts them.
     lmp = program(tmp_path / "lmp", f'exec "{BESIDE_PYTHON}" "$@"')
     program(tmp_path / "mpiexec", 'shift 2; "$@" & "$@"; status=$?; wait; exit $status')
-    with pytest.raises(BackendMissing, match=r"are of different MPI, so that each of 2 ranks runs"):
+    with pytest.raises(
+        BackendMissing, match=r"on 2 of its ranks \(.* physical processors.*\): mpiexec must"
+    ):
         hc.Lammps(1e-7, lmp=lmp, ranks=2).run(SHORT)
     # And a binary that takes ranks by itself, where none were asked for.
     mpiexec = find_mpiexec(BESIDE_PYTHON)
     help_ = f'[ "$1" = -h ] && exec "{BESIDE_PYTHON}" "$@"'
     lmp = program(tmp_path / "lmp", help_, f'exec "{mpiexec}" -n 2 "{BESIDE_PYTHON}" "$@"')
-    with pytest.raises(BackendMissing, match=r"runs on several ranks by itself: say how many"):
+    with pytest.raises(BackendMissing, match=r"lmp does not run LAMMPS on 1 of its ranks"):
         hc.Lammps(1e-7, lmp=lmp).run(SHORT)
 
 

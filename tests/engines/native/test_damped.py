@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 import hertzchain as hc
 from hertzchain.engines.native import elastic_chain
 from hertzchain.engines.native.damped_runs import Adaptive, integrate_damped
-from hertzchain.engines.native.damped_verlet import simulate_damped_verlet
 from hertzchain.engines.native.equations import Chain
+from hertzchain.engines.native.verlet import simulate_damped_verlet
 from hertzchain.errors import SceneError, StepUnstable
 from hertzchain.known.answer import deck_step
 from hertzchain.observables.error_bound import (

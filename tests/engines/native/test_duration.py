@@ -14,12 +14,10 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.cli import main
-from hertzchain.engines.native import duration
-from hertzchain.engines.native.duration import with_end
+from hertzchain.engines.native import backend
+from hertzchain.engines.native.backend import with_end
 from hertzchain.engines.native.simulation import Prepared
-from hertzchain.observables import preparation
-from hertzchain.observables.compiling import compiled_and_kept
-from hertzchain.observables.preparation import Watched
+from hertzchain.observables.compiling import Watched, compiled_and_kept
 from tests.conftest import STEEL, paper_scene
 from tests.oracles.first_pulses import Trace
 from tests.places import ROOT
@@ -102,11 +100,11 @@ def test_the_end_does_not_depend_on_how_fast_the_machine_is(
     scene = replace(WALLED, contact=contact)
     end = with_end(scene).end_time
     with monkeypatch.context() as patch:
-        patch.setattr(preparation.Watched, "time", property(lambda _: 3600.0))
+        patch.setattr(Watched, "time", property(lambda _: 3600.0))
         clock = iter(np.arange(0.0, 1e9, 3000.0))
         patch.setattr("hertzchain.limits.time.monotonic", lambda: next(clock))
         assert with_end(scene, time_limit=1e8).end_time == end
-    monkeypatch.setattr(duration, "_MOST_WORK", 1.0)
+    monkeypatch.setattr(backend, "_MOST_END_WORK", 1.0)
     assert with_end(scene).end_time == scene.end_time > end
 
 

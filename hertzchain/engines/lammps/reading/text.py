@@ -201,12 +201,12 @@ def number(word: str | None) -> float | None:
     return value if math.isfinite(value) else None
 
 
-CONTROL = ("include", "jump", "label", "next", "if", "quit", "clear", "run")
+CONTROL = ("include", "jump", "label", "next", "if", "quit", "run")
 """Commands that the interpreter carries out itself."""
 
 _CARRIED_OUT = frozenset(
     ("angle_coeff", "angle_style", "atom_modify", "atom_style", "bond_coeff",
-     "bond_style", "boundary", "box", "change_box", "comm_modify", "comm_style", "compute",
+     "bond_style", "boundary", "box", "change_box", "clear", "comm_modify", "comm_style", "compute",
      "compute_modify", "create_atoms", "create_bonds", "create_box", "delete_atoms",
      "delete_bonds", "dielectric", "dimension", "displace_atoms", "echo", "fix", "fix_modify",
      "group", "lattice", "mass", "min_modify", "min_style",
@@ -292,8 +292,6 @@ _VARIABLES = frozenset(
 _FILE_KEYWORDS = ("file", "append")
 """Keywords before the name of a file, of ``print`` and of fixes that only record."""
 
-_WORDS_OF_FIX = 4  # fix, id, group, style
-
 _OF_MOLECULES = frozenset(("offset", "toff", "boff", "aoff", "doff", "ioff", "scale"))
 """Keywords of ``molecule`` after the names of its files."""
 
@@ -378,8 +376,8 @@ class Rules:
         return [*words[:first], *map(self._file, words[first:end]), *words[end:]], None
 
     def _fix(self, words: list[str]) -> Given:
-        if len(words) < _WORDS_OF_FIX:
-            return words, None  # LAMMPS says what is wrong
+        if len(words) < 4:  # id, group or style is missing: LAMMPS says so
+            return words, None
         _, number, _, style, *_ = words
         self.missing.discard(number)
         if style in _USELESS:

@@ -34,8 +34,6 @@ from hertzchain.errors import RunFailed
 from hertzchain.observables.samples import DampedLaw, Samples, closing
 from hertzchain.observables.watch import PeakWatch
 
-_EXPONENTS = (0.0, 0.25, 0.5)
-
 _END = {"first": (0, -1.0), "last": (-1, 1.0)}
 """Place of the granule at an end of the chain, and the direction outwards."""
 
@@ -166,8 +164,9 @@ def law_of(probes: Probes, contacts: int) -> DampedLaw:
             return elastic_law
         exponents = np.log(added[0] / added[1]) / np.log(deep[0] / deep[2])
         exponent = float(np.median(exponents[is_damped & np.isfinite(exponents)]))
-    # Largest difference of an exponent from one of these: rounding, and Hooke's contacts
-    exponent = next((power for power in _EXPONENTS if abs(power - exponent) < 1e-3), exponent)
+    # Those of the laws are multiples of 1/4; they are off by rounding (chosen).
+    nearest = round(4 * exponent) / 4
+    exponent = nearest if abs(nearest - exponent) < 1e-3 else exponent
     coefficient = np.where(is_damped, added[0] / (closing[0] * deep[0] ** exponent), 0.0)
     return DampedLaw(
         stiffness,
@@ -210,7 +209,6 @@ class Watched:
     given: list[tuple[int, methodcaller]] = field(default_factory=list)  # calls of a ``Playing``
     runs: list[FoundRun] = field(default_factory=list)
     stopped: str = ""
-    cleared: bool = False
     time: float = 0.0
     before: float = 0.0  # how long the deck had run before the first run that counts
     read_every: int = 1
@@ -283,14 +281,6 @@ class Playing(ABC):
     @abstractmethod
     def run(self, text: str, steps: int, index: int, dt: float, first: int) -> int:
         """Carry out a ``run`` of some steps after the first; return the number of steps taken."""
-
-    def clear(self) -> bool:
-        """Forget all before the first run; the deck ends here after it."""
-        self.seen.cleared = bool(self.seen.runs)
-        if not self.seen.cleared:
-            self.lammps.forget()
-            self.seen.given.append((-1, methodcaller("clear")))
-        return not self.seen.cleared
 
 
 @contextmanager
@@ -496,12 +486,6 @@ class Replay(Playing):
         """Give LAMMPS a command that neither moves granules nor ends a run before its time."""
         if not self._leaves_out(words, index):
             super().give(words, index)
-
-    def clear(self) -> bool:
-        """Forget all before the first run; the deck ends here after it."""
-        self._left_out.clear()
-        self._moves.clear()
-        return super().clear()
 
     def _leaves_out(self, words: list[str], index: int) -> bool:
         if words[0] == "fix" and len(words) > 3:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import numpy as np
 
 from hertzchain.arrays import FloatArray
+from hertzchain.lab.spread import REALISATIONS, Spread, name_of, spread
 from hertzchain.limits import TIME_LIMIT
 from hertzchain.observables.result import context_of
 from hertzchain.progress import ShowProgress
@@ -18,7 +19,6 @@ from hertzchain.report.contents import of_traces
 from hertzchain.report.document import Document, Failure, Table, Verdict, number
 from hertzchain.scene.scene import SceneLike, to_scene
 from hertzchain.shown import ShownVerdict
-from hertzchain.uncertainty.spread import REALISATIONS, Spread, name_of, spread
 from hertzchain.verdict.traces import PEAK, WIDTH, Number, TraceJudgement, judge_traces
 
 if TYPE_CHECKING:

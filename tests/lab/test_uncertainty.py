@@ -12,11 +12,11 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.errors import SceneError
+from hertzchain.lab import validation
+from hertzchain.lab.spread import Realisations, first_order, print_spread
+from hertzchain.lab.validation import compared_numbers, of_validation
 from hertzchain.report.console import plain_text
 from hertzchain.scene.terms import Uncertain
-from hertzchain.uncertainty import validation
-from hertzchain.uncertainty.spread import Realisations, first_order, print_spread
-from hertzchain.uncertainty.validation import compared_numbers, of_validation
 from hertzchain.verdict.traces import PEAK, Number
 from tests.command_line import Command
 from tests.conftest import STEEL
@@ -92,27 +92,6 @@ def test_shares_of_a_linear_and_of_a_strongly_nonlinear_function() -> None:
     z = ndtri(places)
     shares = first_order(normal, places, (3 * z[:, 0] + 2 * z[:, 1] + z[:, 2])[:, np.newaxis])
     assert shares[:, 0] == pytest.approx(np.array([9, 4, 1]) / 14, abs=0.01)
-
-
-@pytest.mark.slow
-def test_scatter_makes_what_plain_random_chains_make() -> None:
-    """31 beads onto a wall whose radii scatter by 1 %, against NumPy's draws."""
-    scene = hc.Scene(hc.Chain(31, **STEEL), hc.Striker(0.44), wall=hc.Wall("same"))
-    spread = hc.spread(
-        replace(scene, uncertain=(Uncertain("chain.radius", 0.01, relative=True, each=True),)), 512
-    )
-    random = np.random.default_rng(5)
-    chains = [
-        replace(scene.chain, radius=STEEL["radius"] * (1 + 0.01 * random.standard_normal(31)))
-        for _ in range(2_000)
-    ]
-    plain = hc.peak_forces([replace(scene, chain=chain) for chain in chains], 1e-4, wanted="first")
-    wall = plain.first_columns["first_peak_force_N"][:, -1]
-    force = spread.values_of("first_peak_force_N", "the wall")
-    off = (force.mean() - wall.mean()) / np.hypot(force.std() / 512**0.5, wall.std() / 2_000**0.5)
-    assert abs(off) < 3  # of its standard error
-    error = np.hypot(1 / np.sqrt(2 * 512), 1 / np.sqrt(2 * 2_000))
-    assert force.std() / wall.std() == pytest.approx(1, abs=3 * error)
 
 
 def test_what_is_drawn() -> None:

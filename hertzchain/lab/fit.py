@@ -14,14 +14,14 @@ import numpy as np
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.native.backend import Native
 from hertzchain.errors import SceneError, require
-from hertzchain.fits.model import (
+from hertzchain.lab.model import (
+    LEAST_NOISE,
     SLOPE_RTOL,
     Free,
     Model,
     OfPeaks,
     OfTraces,
     free_of,
-    is_hum,
     is_of_instrument,
     lasting,
     limits_of,
@@ -66,9 +66,8 @@ class Parameter:
     Parameters
     ----------
     key
-        Its key in the scene file, ``gain``, or one of a gauge such as ``gauge_6.drift``; a hum is
-        ``gauge_6.hum`` cos(2 pi frequency t + ``gauge_6.hum_phase``) at the time t of the file.
-        Where several files have the gauge, the number of the file follows: ``gauge_6.drift[2]``.
+        Its key in the scene file, ``gain``, or one of a gauge such as ``gauge_6.drift``. Where
+        several files have the gauge, the number of the file follows: ``gauge_6.drift[2]``.
     value, start
         The fitted value, and that of the given scene, in SI units; 0 for what is added to a force.
     deviation
@@ -234,18 +233,18 @@ _LEAST_MEAN_SQUARE = 0.5
 coarsely sampled pulse may lead to a too large noise; without noise the least noise of the model is
 used."""
 
-_MOST_STARTS, _START_RANGE = 8, (0.8, 1.25)
-"""Number of starts that are tried where granules fly or the residual is more than noise, spread
-evenly over the given ranges, and the range around the scene's values otherwise (chosen): of four
-none came to the best minimum in experiment 322 of ``validation/experiments.py``."""
+_MOST_SEARCHES, _START_RANGE = 8, (0.8, 1.25)
+"""Most further searches: from starts where granules fly or the residual is more than noise, spread
+evenly over the given ranges, and the range around the scene's values otherwise (chosen: of four
+none came to the best minimum in experiment 322 of ``validation/experiments.py``); and from better
+values near a minimum."""
 
 _NEARBY_DEVIATIONS = (-3.0, -1.0, 1.0, 3.0)
 """Standard deviations from the best values, along each axis of the covariance, at which a better
 fit is searched: forces that jump between two samples cause local minima some deviations apart."""
 
-_LEAST_DECREASE, _MOST_SEARCHES = 1.0, 8
-"""Decrease of squared differences by which a fit is better, that of one deviation; and the most
-searches for better fits (chosen)."""
+_LEAST_DECREASE = 1.0
+"""Decrease of squared differences by which a fit is better: that of one deviation."""
 
 _LAST_FTOL, _SMOOTHED_FTOL, _MOST_SEARCH_STEPS = 1e-6, 1e-4, 25
 """Relative decrease of squares at which a search ends, 1e-3 of a deviation in 2,000 samples; that
@@ -254,9 +253,6 @@ of a smoothed one; and the most steps (chosen): where forces jump, searches do n
 _EQUAL_DEVIATION_RATIO, _MOST_DEVIATION_ROUNDS = 1.1, 4
 """Ratio of successive deviations up to which they count as equal; and the most repetitions of their
 computation (chosen)."""
-
-_LEAST_PEAK_NOISE = 1e-6
-"""Least relative noise of peak forces: digits of files (chosen)."""
 
 _END_RATIO = 1e-6
 """Relative distance from an end of its range at which a value counts as at it: least squares stay
@@ -271,7 +267,6 @@ def fit(
     traces: Measured | Sequence[Measured],
     free: Sequence[str],
     *,
-    ties: Mapping[str, str] | None = None,
     columns: Mapping[str, str] | None = None,
     clock: str = "shared",
     time_limit: float = TIME_LIMIT,
@@ -291,11 +286,7 @@ def fit(
         Keys to be fitted, such as ``chain.young_modulus``, with a range where wanted,
         ``chain.gap=1 um:9 um``; ``gain`` is the ratio of the measured to the true force, the same
         for all gauges. Of one gauge, named as its column without its unit: ``gauge_6.gain``,
-        ``gauge_6.droop``, the time constant of a charge amplifier [s], ``gauge_6.offset`` at the
-        time 0 of the file [N], ``gauge_6.drift`` [N/s], and ``gauge_6.hum=50 Hz``.
-    ties
-        Formulas of keys that follow from others, in SI units by full names:
-        ``{"chain.granules": "0.2 / (2 * chain.radius)"}`` keeps the length.
+        ``gauge_6.offset`` at the time 0 of the file [N], and ``gauge_6.drift`` [N/s].
     columns, progress
         As for ``judge_traces``.
     clock
@@ -318,7 +309,7 @@ def fit(
     allowed = f"must be one of {', '.join(_CLOCKS)}"
     require(clock in _CLOCKS, "clock", clock, allowed)
     scene, deadline = to_scene(scene), Deadline(time_limit)
-    chosen = free_of(scene, free, ties)
+    chosen = free_of(scene, free)
     is_list = isinstance(traces, Sequence) and not isinstance(traces, str)
     given: list[Any] = list(traces) if is_list else [traces]  # type: ignore[arg-type]
     are_files = all(
@@ -390,7 +381,7 @@ def _searches(model: Model) -> Iterator[tuple[FloatArray, tuple[float, ...]]]:
         yield begin, model.widths
     low = np.where(free.is_given, free.low, np.maximum(free.low, _START_RANGE[0]))
     high = np.where(free.is_given, free.high, np.minimum(free.high, _START_RANGE[1]))
-    for place in sobol_points(count, 0, np.arange(_MOST_STARTS)):
+    for place in sobol_points(count, 0, np.arange(_MOST_SEARCHES)):
         yield np.append(low + place * (high - low), begin[count:]), model.widths
 
 
@@ -421,10 +412,7 @@ def _least_squares(model: Model, begin: FloatArray, widths: Sequence[float]) -> 
 
 
 def _refined(model: Model, minimum: _Minimum) -> _Minimum:
-    """Return the best of several minima that lie several standard deviations apart.
-
-    If the residual is far above the noise, the minimum is not refined.
-    """
+    """Return the best of minima some standard deviations apart, if the residual is noise."""
     for _ in range(_MOST_SEARCHES):
         better = None if minimum.mean_square > MOST_MEAN_SQUARE else _beside(model, minimum)
         if better is None:
@@ -490,10 +478,7 @@ def _unknown_alone(given: str, relative: float) -> str:
 def _parameters(
     model: Model, x: FloatArray, covariance: FloatArray, variance: float
 ) -> tuple[tuple[Parameter, ...], FloatArray]:
-    """Return the values of all keys and their correlations, shape (keys, keys).
-
-    What instruments add follows from the variables x, whose covariance is given, and from noise.
-    """
+    """Return the values of all keys and of what instruments add; correlations, (keys, keys)."""
     free, added, count = model.free, model.added(x), len(model.free.keys)
     moves = np.concatenate([np.eye(x.size)[:count] * np.array(free.start)[:, None], added.slopes])
     joint = moves @ covariance @ moves.T
@@ -504,9 +489,6 @@ def _parameters(
     starts = *free.start, *[0.0] * len(added.keys)
     parameters = []
     for key, value, start, off in zip(keys, values, starts, deviation.tolist(), strict=True):
-        if is_hum(key) and off >= _UNKNOWN_DEVIATION * value:
-            alone = _unknown_alone(model.given, off / value)
-            raise SceneError(key, None, f"{alone}, or free a drift in its place")
         parameters.append(Parameter(key, float(value), start, off, unit_of_key(key)))
     return tuple(parameters), joint / np.outer(deviation, deviation)
 
@@ -530,8 +512,7 @@ def _unknown(off: FloatArray, x: FloatArray) -> float:
 
     left = off.size - x.size
     wider = float(stdtrit(left, 0.975)) / NORMAL_95
-    # Digits of a file differ by as much even if nothing else does.
-    return max(float(np.sum(off**2)) / left, _LEAST_PEAK_NOISE**2) * wider**2
+    return max(float(np.sum(off**2)) / left, LEAST_NOISE**2) * wider**2
 
 
 def _covariance(model: Model, x: FloatArray, slopes: FloatArray, variance: float) -> FloatArray:
@@ -597,10 +578,7 @@ def _refuse_alike(model: Model, slopes: FloatArray) -> None:
 
 
 def _refusal(model: Model, nothing: FloatArray, alone: str) -> SceneError:
-    """Return why keys are refused, from their relative changes that change no measured number.
-
-    ``alone`` is the text for a single key.
-    """
+    """Return why keys are refused whose relative changes change ``nothing``; ``alone``: a key's."""
     moved = np.flatnonzero(np.abs(nothing) > _NAMED_SHARE * np.max(np.abs(nothing)))
     keys, changes = [model.free.keys[k] for k in moved], nothing[moved]
     if len(keys) == 1:

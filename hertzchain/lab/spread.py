@@ -11,9 +11,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import numpy as np
 
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.native.backend import Native
+from hertzchain.engines.native.backend import Native, with_end
 from hertzchain.engines.native.batch import run_each
-from hertzchain.engines.native.duration import with_end
 from hertzchain.errors import SceneError, require
 from hertzchain.limits import TIME_LIMIT, Deadline
 from hertzchain.observables.result import Result, context_of

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
@@ -14,22 +14,15 @@ import numpy as np
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.native.backend import Native, motion_at
 from hertzchain.engines.native.batch import on_cores
-from hertzchain.errors import RunFailed, SceneError, is_positive, require
+from hertzchain.errors import RunFailed, SceneError, require
 from hertzchain.limits import TOLERANCE, Deadline
 from hertzchain.observables.result import Result
 from hertzchain.pulses.recording import MOST_EXTENT, noise_before, resolution_of
-from hertzchain.scene.keys import Section, to_si
+from hertzchain.scene.keys import to_si
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Run
 from hertzchain.scene.terms import Gauge
-from hertzchain.sweeps.columns import (
-    OTHER_MEASURE,
-    base_values,
-    changed,
-    full_key,
-    is_whole,
-    unit_of,
-)
+from hertzchain.sweeps.columns import base_values, changed, full_key, is_whole, unit_of
 from hertzchain.sweeps.design import axis_of
 from hertzchain.verdict.traces import (
     ENOUGH_QUIET_SAMPLES,
@@ -42,198 +35,35 @@ from hertzchain.verdict.traces import (
     read_in,
 )
 
-_KEY = re.compile(r"[A-Za-z_]\w*(?:\.\w+)+")
-_VALUE = re.compile(_KEY.pattern + r"|(?<!\w)(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?(?!\w)|\bpi\b")
-_ARITHMETIC = re.compile(r"(?:[-+*/()\s]|\bsqrt\b|_\(\))*")  # _() returns one value after another
-_MOST_FORMULA_CHARS = 1000  # (chosen); Python limits how deep brackets may be
-_ALLOWED_FORMULA = (
-    "must be + - * / ** and brackets over numbers in SI units, pi, sqrt() and full keys of the"
-    " scene, such as 0.1 - chain.radius"
-)
-
-
-@dataclass(frozen=True)
-class Tie:
-    """A key, by its full name, whose value follows from a formula of full names, in SI units."""
-
-    key: str
-    formula: str
-
-    @property
-    def uses(self) -> tuple[str, ...]:
-        """Keys in the formula."""
-        return tuple(dict.fromkeys(_KEY.findall(self.formula)))
-
-    def value(self, values: Section) -> Any:
-        """Return the number of the formula, rounded for keys with whole numbers.
-
-        It may be impossible: a scene with it is then refused. ``values`` has the values of the
-        keys, numbers or arrays of shape (scenes,).
-        """
-        text, said = _VALUE.sub("_()", self.formula).strip(), f"{self.key}={self.formula[:40]}"
-        is_short = len(self.formula) <= _MOST_FORMULA_CHARS and "_(" not in self.formula
-        require(is_short and _ARITHMETIC.fullmatch(text) is not None, "tie", said, _ALLOWED_FORMULA)
-        numbers, words = {"pi": np.pi, **values}, iter(_VALUE.findall(self.formula))
-        names = {"_": lambda: np.float64(numbers.get(word := next(words), word)), "sqrt": np.sqrt}
-        try:
-            with np.errstate(all="ignore"):
-                value = eval(text, names) + 0.0  # noqa: S307 - arithmetic and nothing else
-        except (SyntaxError, TypeError, ValueError, RecursionError, MemoryError):
-            raise SceneError("tie", said, _ALLOWED_FORMULA) from None
-        if is_whole(self.key):  # an impossible number stands for one that is not finite
-            return np.nan_to_num(np.round(value), nan=-1, posinf=-1, neginf=-1).astype(np.int64)
-        return value
-
-
-def ties_of(scene: Scene, given: Mapping[str, str], free: Iterable[str]) -> tuple[Tie, ...]:
-    """Return ties by the names of their keys, each over other keys and ties before it."""
-    ties = tuple(Tie(full_key(name, scene), str(formula)) for name, formula in given.items())
-    keys = [*free, *(tie.key for tie in ties)]
-    both = [key for key in keys if OTHER_MEASURE.get(key) in keys]
-    require(not both, " and ".join(both), None, "replace each other: leave one of them out")
-    for k, tie in enumerate(ties, start=len(keys) - len(ties)):
-        allowed = "is both free and tied, or tied twice: leave one out"
-        require(tie.key not in keys[:k], tie.key, None, allowed)
-        for used in tie.uses:
-            full = full_key(used, scene)
-            require(full == used, used, None, f"stands in a formula by its full name, {full}")
-            allowed = "is tied to itself, or to a tie that stands below it: put that one first"
-            require(used not in keys[k:], tie.key, tie.formula, allowed)
-    tied(scene, ties, {})
-    return ties
-
-
-def tied(scene: Scene, ties: tuple[Tie, ...], values: Section) -> dict[str, Any]:
-    """Return values of a scene's keys with those of ties; other keys are as in the scene."""
-    if not ties:
-        return dict(values)
-    every = base_values(scene, {key for tie in ties for key in tie.uses}) | dict(values)
-    for tie in ties:
-        every[tie.key] = tie.value(every)
-    return {name: every[name] for name in (*values, *(tie.key for tie in ties))}
-
-
 GAIN = "gain"
 """A key that no scene has: ratio of measured to true force, the same for all gauges."""
 
-_INSTRUMENT_KEY = re.compile(
-    r"(?P<place>(?:gauge|contact)_\d+|(?:near_)?wall)\."
-    r"(?P<kind>gain|droop|offset|drift|hum)"
-)
-_GAUGE_KEY = re.compile(r"(?:gauge|contact)_\d+\.")
-_UNITS = {GAIN: "", "droop": "s", "offset": "N", "drift": "N/s", "hum": "N", "hum_phase": "rad"}
-
-_DROOP_START = 0.01
-"""Time constant of a charge amplifier from which a fit starts, if no range is given [s]; chosen."""
+_OF_INSTRUMENT = re.compile(r"((?:gauge|contact)_\d+|(?:near_)?wall)\.(gain|offset|drift)")
+_OF_GAUGE = re.compile(r"(?:gauge|contact)_\d+\.")
+_UNITS = {GAIN: "", "offset": "N", "drift": "N/s"}
+_ADDED = "offset", "drift"
+"""Kinds of what an instrument adds to a force: the order of the columns of ``Series``."""
 
 
 def is_of_instrument(key: str) -> bool:
     """Return whether a key belongs to the instrument and not to the scene."""
-    return key == GAIN or _INSTRUMENT_KEY.fullmatch(key) is not None
+    return key == GAIN or _OF_INSTRUMENT.fullmatch(key) is not None
 
 
-def unit_of_key(key: str) -> str:
-    """Return the unit of a key of scene or instrument; empty for a pure number."""
-    kind = key.rpartition(".")[2].partition("[")[0]
-    return _UNITS[kind] if kind in _UNITS else unit_of(key)
-
-
-def start_of(key: str) -> float:
-    """Return the value of a gain or a droop [s] from which a fit starts."""
-    return _DROOP_START if key.endswith(".droop") else 1.0
-
-
-class Added(NamedTuple):
-    """A free offset, drift or hum: what an instrument adds to a force.
-
-    ``place`` is a gauge as in the name of a column, ``kind`` one of the three, and ``frequency``
-    that of the hum [Hz], 0 for others.
-    """
-
-    place: str
-    kind: str
-    frequency: float
-
-    @property
-    def key(self) -> str:
-        """The key, such as ``gauge_6.drift``."""
-        return f"{self.place}.{self.kind}"
-
-    def shown(self, sums: FloatArray) -> list[tuple[str, float, FloatArray]]:
-        """Return name, value and derivatives of each number, from factors of ``columns_of`` [SI].
-
-        A hum has two: its height and its phase, of height cos(2 pi frequency t + phase).
-        """
-        unit = np.eye(sums.size)
-        if self.kind != "hum":
-            at = ("offset", "drift").index(self.kind)
-            return [(self.kind, sums[at], unit[at])]
-        cosine, sine = sums[-2:]
-        height = math.hypot(cosine, sine)
-        of_height = (cosine * unit[-2] + sine * unit[-1]) / height
-        of_phase = (sine * unit[-2] - cosine * unit[-1]) / height**2
-        return [("hum", height, of_height), ("hum_phase", math.atan2(-sine, cosine), of_phase)]
-
-
-def is_hum(key: str) -> bool:
-    """Return whether a key is the height of a hum."""
-    return key.partition("[")[0].endswith(".hum")
-
-
-def added_of(key: str, text: str) -> Added | None:
-    """Return what is added by a free key with this text behind its ``=``; None for other keys."""
-    match = _INSTRUMENT_KEY.fullmatch(key)
-    is_known = match is not None or not _GAUGE_KEY.match(key)
-    require(is_known, key, None, "is not a key of a gauge: it has gain, droop, offset, drift, hum")
-    if match is None or match["kind"] in ("gain", "droop"):
-        return None
-    if match["kind"] != "hum":
-        require(not text, key, text, "has no range: it is free from minus to plus infinity")
-        return Added(match["place"], match["kind"], 0.0)
-    allowed = "needs the frequency of the hum: --hum 50, or in Python 'gauge_6.hum=50 Hz'"
-    require(bool(text), key, None, allowed)
-    frequency = to_si(key, text, "Hz")
-    require(is_positive(frequency), key, text, allowed)
-    return Added(match["place"], match["kind"], frequency)
+def _kind_of(key: str) -> str:
+    return key.rpartition(".")[2].partition("[")[0]
 
 
 def place_of(key: str) -> str:
     """Return the gauge of a key of an instrument; empty for other keys."""
-    match = _INSTRUMENT_KEY.fullmatch(key)
-    return match["place"] if match else ""
+    match = _OF_INSTRUMENT.fullmatch(key)
+    return match[1] if match else ""
 
 
-def columns_of(added: list[Added], time: FloatArray) -> FloatArray:
-    """Return what is added by an offset, and by each of some others, for each unit of it.
-
-    Its columns are 1 for the offset, the time [s] for a drift, cosine and sine for a hum; times are
-    those of the file, whose 0 is the trigger; shape (samples, columns).
-    """
-    columns = [np.ones_like(time)]
-    if any(each.kind == "drift" for each in added):
-        columns.append(time)
-    for each in added:
-        if each.kind == "hum":
-            phase = 2 * np.pi * each.frequency * time
-            columns += [np.cos(phase), np.sin(phase)]
-    return np.stack(columns, axis=1)
-
-
-def drooped(time: FloatArray, force: FloatArray, constant: float) -> FloatArray:
-    """Return a force as a charge amplifier with a time constant [s] shows it.
-
-    The shown force y follows from dy/dt = dF/dt - y / constant, from 0 at the first sample, here
-    solved exactly for a force F that is linear between samples a median step apart.
-    """
-    from scipy.signal import lfilter
-
-    step = float(np.median(np.diff(time)))
-    even = time[0] + step * np.arange(int(np.ceil((time[-1] - time[0]) / step - 1e-6)) + 1)
-    decay = np.exp(-step / constant)
-    # y[k] = decay y[k - 1] + gain (F[k] - F[k - 1]), a gain of mean exp(-s / constant) over a step
-    gain = -np.expm1(-step / constant) * constant / step
-    shown = lfilter([gain, -gain], [1.0, -decay], np.interp(even, time, force - force[0]))
-    return np.asarray(np.interp(time, even, shown))
+def unit_of_key(key: str) -> str:
+    """Return the unit of a key of scene or instrument; empty for a pure number."""
+    kind = _kind_of(key)
+    return _UNITS[kind] if kind in _UNITS else unit_of(key)
 
 
 _MOST_FACTOR = 100.0
@@ -267,10 +97,8 @@ class Free:
         Ends of their ranges over the start values, shape (keys,).
     is_given
         Whether the ends were given, of each key.
-    ties
-        Keys that follow from them.
     added
-        What instruments add to forces, which is solved for exactly and has no start.
+        Keys of what instruments add to forces, which is solved for exactly and has no start.
     """
 
     keys: tuple[str, ...]
@@ -278,8 +106,7 @@ class Free:
     low: FloatArray
     high: FloatArray
     is_given: tuple[bool, ...]
-    ties: tuple[Tie, ...]
-    added: tuple[Added, ...]
+    added: tuple[str, ...]
 
     def values(self, x: FloatArray) -> dict[str, float]:
         """Values of the keys by name, from those over the start values; x may have others after."""
@@ -293,71 +120,68 @@ class Free:
     def scene(self, base: Scene, x: FloatArray) -> Scene:
         """Return a scene with these values."""
         values = {key: at for key, at in self.values(x).items() if not is_of_instrument(key)}
-        return changed(base, tied(base, self.ties, values))
+        return changed(base, values)
 
 
-def free_of(scene: Scene, given: Sequence[str], ties: Mapping[str, str] | None) -> Free:
+def free_of(scene: Scene, given: Sequence[str]) -> Free:
     """Return free keys, from their names or from ``"chain.radius=4 mm:6 mm"``."""
     is_list = isinstance(given, Sequence) and not isinstance(given, str) and len(given) > 0
     require(is_list, "free", given, "must be a list of keys, such as ['chain.young_modulus']")
-    pairs, added = [], []
+    spans: dict[str, str] = {}
     for text in given:
-        name, _, behind = (part.strip() for part in str(text).partition("="))
-        of_gauge = added_of(name, behind)
-        if of_gauge is not None:
-            added.append(of_gauge)
-        else:
-            pairs.append((name if is_of_instrument(name) else full_key(name, scene), behind))
-    keys = [key for key, _ in pairs]
-    allowed = "must have a key of the scene, a gain or a droop, too, besides what is only added"
-    require(bool(keys), "free", given, allowed)
-    allowed = "names a key twice"
-    require(len({*keys, *(each.key for each in added)}) == len(given), "free", given, allowed)
-    start, ranges = [], []
-    for key, text in pairs:
-        is_of_scene = not is_of_instrument(key)
-        value: Any = base_values(scene, [key])[key] if is_of_scene else start_of(key)
-        span = _span(key, text) if text else None
-        is_open = isinstance(value, float) and (value == 0 or np.isnan(value))
-        if span is not None and (is_open or not is_of_scene):
-            value = sum(span) / 2
-        is_number = isinstance(value, float) and not (is_of_scene and is_whole(key))
-        allowed = (
-            "cannot be fitted: the scene must have a number other than 0, and no whole number, from"
-            " which the fit starts, or be given a range"
-        )
-        require(is_number and np.isfinite(value) and value != 0, key, value, allowed)
-        least, most = limits_of(key)
-        if span is None:
-            lower, upper = sorted((least / value, most / value))
-            ranges.append((max(lower, 1 / _MOST_FACTOR), min(upper, _MOST_FACTOR)))
-        else:
-            least, most = max(least, span[0]), min(most, span[1])
-            lower, upper = sorted((least / value, most / value))
-            ranges.append((lower, upper))
-        start.append(float(value))
-        within = f"{least:g} and {with_unit(key, most)}"
-        allowed = f"is {with_unit(key, value)}, must be within {within}, to begin with"
-        require(ranges[-1][0] <= 1 <= ranges[-1][1], key, None, allowed)
-    low, high = np.array(ranges).T
-    is_given = tuple(bool(text) for _, text in pairs)
-    tied = ties_of(scene, ties or {}, keys)
-    return Free(tuple(keys), tuple(start), low, high, is_given, tied, tuple(added))
+        name, _, span = (part.strip() for part in str(text).partition("="))
+        is_key = is_of_instrument(name) or not _OF_GAUGE.match(name)
+        require(is_key, name, None, "is not a key of a gauge: it has gain, offset, drift")
+        spans[name if is_of_instrument(name) else full_key(name, scene)] = span
+    require(len(spans) == len(given), "free", given, "names a key twice")
+    added = [key for key in spans if _kind_of(key) in _ADDED and place_of(key)]
+    for key in added:
+        allowed = "has no range: it is free from minus to plus infinity"
+        require(not spans[key], key, spans.pop(key), allowed)
+    allowed = "must have a key of the scene or a gain, too, besides what is only added"
+    require(bool(spans), "free", given, allowed)
+    starts = [_start_and_range(scene, key, text) for key, text in spans.items()]
+    start, low, high = np.array(starts).T
+    is_given = tuple(map(bool, spans.values()))
+    return Free(tuple(spans), tuple(start.tolist()), low, high, is_given, tuple(added))
+
+
+def _start_and_range(scene: Scene, key: str, text: str) -> tuple[float, float, float]:
+    """Return the start value of a key, and the ends of its range over it."""
+    span = _span(key, text) if text else None
+    value: Any = 1.0 if is_of_instrument(key) else base_values(scene, [key])[key]
+    is_open = is_of_instrument(key) or (isinstance(value, float) and not abs(value) > 0)  # 0, NaN
+    if span is not None and is_open:
+        value = sum(span) / 2
+    is_number = isinstance(value, float) and (is_of_instrument(key) or not is_whole(key))
+    allowed = (
+        "cannot be fitted: the scene must have a number other than 0, and no whole number, from"
+        " which the fit starts, or be given a range"
+    )
+    require(is_number and np.isfinite(value) and value != 0, key, value, allowed)
+    least, most = limits_of(key)
+    if span is not None:
+        least, most = max(least, span[0]), min(most, span[1])
+    lower, upper = sorted((least / value, most / value))
+    within = f"{least:g} and {with_unit(key, most)}"
+    allowed = f"is {with_unit(key, value)}, must be within {within}, to begin with"
+    require(lower <= 1 <= upper, key, None, allowed)
+    if span is None:
+        lower, upper = max(lower, 1 / _MOST_FACTOR), min(upper, _MOST_FACTOR)
+    return value, lower, upper
 
 
 def _span(key: str, text: str) -> tuple[float, float]:
     """Return the ends of a range, LOW:HIGH."""
+    ends = text.split(":")
     allowed = "must be the ends of its range, LOW:HIGH"
-    if is_of_instrument(key):
-        ends = text.split(":")
-        require(len(ends) == 2, key, text, allowed)
+    require(len(ends) == 2, key, text, allowed)
+    if not is_of_instrument(key):
+        low, high = map(float, axis_of(key, text).values)
+    else:
         low, high = (to_si(key, end, unit_of_key(key)) for end in ends)
         require(0 < low < high, key, text, allowed)
-        return low, high
-    span = axis_of(key, text) if ":" in text else None
-    if span is None or not span.is_sampled or span.form == "log":
-        raise SceneError(key, text, allowed)
-    return float(span.values[0]), float(span.values[1])
+    return low, high
 
 
 _SEARCH_STEP, _FINE_STEP = 1e-3, 1e-4
@@ -372,8 +196,8 @@ _LOOSEST_RTOL, _RTOL_OVER_NOISE = 3e-6, 1e-3
 """Accuracy of runs during a search: this part of the noise over the peak, and its loosest, at which
 slopes are known to a part in 300."""
 
-_LEAST_NOISE = 1e-6
-"""Least noise over the peak (chosen): rounding in files, and the shift of a clock."""
+LEAST_NOISE = 1e-6
+"""Least noise over the peak (chosen): digits of files, and the shift of a clock."""
 
 _STILL_FORCE_RATIO = 0.01  # change of a force over its largest that is not a pulse; chosen
 
@@ -505,7 +329,7 @@ class Series:
     noise: float  # standard deviation [N]
     quiet: int  # number of samples at the start before anything arrives
     block: int  # samples in half the width of the narrowest pulse
-    columns: FloatArray  # what an offset, and else, adds for each unit [N], (samples, values)
+    columns: FloatArray  # 1 for an offset, the time for a free drift, shape (samples, 1 or 2)
     inverse: FloatArray  # gives these values by least squares, (values, samples)
 
     def without_added(self, values: FloatArray) -> FloatArray:
@@ -529,14 +353,10 @@ class OfTraces(Model):
         self.gauges = tuple(dict.fromkeys(gauge for traces, *_ in files for gauge in traces.gauges))
         self.remarks = tuple(remark for traces, *_ in files for remark in traces.remarks)
         self._shifts = np.array([shift for _, shift, _ in files])
-        self._added: dict[int, list[Added]] = {}
-        for each in free.added:
-            self._added.setdefault(self._place(each.place), []).append(each)
-        of_gauges = {key: place_of(key) for key in free.keys if place_of(key)}
-        self._gains, self._droops = (
-            {self._place(place): key for key, place in of_gauges.items() if key.endswith(kind)}
-            for kind in (".gain", ".droop")
-        )
+        self._added: dict[int, list[str]] = {}  # keys by places of gauges
+        for key in free.added:
+            self._added.setdefault(self._place(place_of(key)), []).append(key)
+        self._gains = {self._place(place_of(key)): key for key in free.keys if place_of(key)}
         self._series = [
             series for k, file in enumerate(files) for series in self._compared(k, *file)
         ]
@@ -569,18 +389,15 @@ class OfTraces(Model):
         block = max(int(0.5 * width / np.median(np.diff(time))), 1)
         for k, (gauge, read) in enumerate(zip(traces.gauges, expected.readings, strict=True)):
             place, force = self.gauges.index(gauge), traces.force[during, k]
-            columns = columns_of(self._added.get(place, []), time)
+            has_drift = any(_kind_of(key) == "drift" for key in self._added.get(place, []))
+            columns = np.stack([np.ones_like(time), time][: 1 + has_drift], axis=1)
             quiet = int(np.searchsorted(time, shift + read.arrival - width))
             noise = float(traces.noise[k])
             if columns.shape[1] > 1 and quiet >= ENOUGH_QUIET_SAMPLES:
                 before = columns[:quiet]
                 left = force[:quiet] - before @ np.linalg.lstsq(before, force[:quiet])[0]
                 noise = noise_before(left, 1.0, resolution_of(force)).deviation
-            noise = max(noise, float(_LEAST_NOISE * np.max(np.abs(expected.force[:, k]))))
-            allowed = "needs samples before the pulse arrives, when the amplifier has no charge"
-            require(
-                place not in self._droops or quiet > 0, self._droops.get(place, ""), None, allowed
-            )
+            noise = max(noise, float(LEAST_NOISE * np.max(np.abs(expected.force[:, k]))))
             compared.append(Series(
                 at, place, time, force / noise, noise, quiet, block, columns,
                 np.linalg.pinv(columns).astype(np.float64),
@@ -607,14 +424,13 @@ class OfTraces(Model):
         times, place = np.unique(clipped, return_inverse=True)
         history = motion_at(scene, times, rtol or self._rtol, self._deadline)
         force = read_in(scene, self.gauges, history)[place, self._gauge] * (places >= 0)
-        parts, values = self._parts(force), self.free.values(x)
-        for k, series in enumerate(self._series):
-            if series.gauge in self._droops:
-                constant = values[self._droops[series.gauge]]
-                parts[k] = drooped(series.time, parts[k], constant)
-            gains = values.get(GAIN, 1.0), values.get(self._gains.get(series.gauge, ""), 1.0)
-            parts[k] = np.prod(gains) / series.noise * parts[k]
-        return parts
+        values = self.free.values(x)
+
+        def gain(gauge: int) -> float:
+            return values.get(GAIN, 1.0) * values.get(self._gains.get(gauge, ""), 1.0)
+
+        pairs = zip(self._series, self._parts(force), strict=True)
+        return [gain(series.gauge) / series.noise * part for series, part in pairs]
 
     def _read(self, x: FloatArray, rtol: float | None) -> FloatArray:
         pairs = zip(self._series, self._forces(x, rtol), strict=True)
@@ -632,28 +448,26 @@ class OfTraces(Model):
         from scipy.linalg import block_diag
 
         self.runs += 1
-        sums, keys, numbers, turns, place = self._sums(x, SLOPE_RTOL), [], [], [], 0
+        keys, places, start = [], [], 0
         for series in self._series:
             several = sum(other.gauge == series.gauge for other in self._series) > 1
-            columns = slice(place, place + series.columns.shape[1])
-            for each in self._added.get(series.gauge, []):
-                for name, value, turn in each.shown(sums[columns]):
-                    keys.append(f"{each.place}.{name}" + f"[{series.file + 1}]" * several)
-                    numbers.append(value)
-                    turns.append(np.zeros(sums.size))
-                    turns[-1][columns] = turn
-            place = columns.stop
+            for key in self._added.get(series.gauge, []):
+                keys.append(key + f"[{series.file + 1}]" * several)
+                places.append(start + _ADDED.index(_kind_of(key)))
+            start += series.columns.shape[1]
+        sums = self._sums(x, SLOPE_RTOL)
+        slopes = self._slopes(lambda end: self._sums(end, SLOPE_RTOL), x, SLOPE_RTOL)
         inverses = [series.noise * series.inverse for series in self._series]
         covariance = block_diag(*(inverse @ inverse.T for inverse in inverses))
-        slopes = self._slopes(lambda end: self._sums(end, SLOPE_RTOL), x, SLOPE_RTOL)
-        turn = np.array(turns)
-        return AddedValues(keys, numbers, turn @ slopes, turn @ covariance @ turn.T)
+        return AddedValues(
+            keys, sums[places].tolist(), slopes[places], covariance[np.ix_(places, places)]
+        )
 
     def drifts(self, differences: FloatArray) -> list[str]:
         """Sentences on gauges that follow a line between pulses, if no drift of theirs is free."""
         said = []
         for series, part in zip(self._series, self._parts(differences), strict=True):
-            if any(each.kind == "drift" for each in self._added.get(series.gauge, [])):
+            if series.columns.shape[1] > 1:  # its drift is free
                 continue
             force = part + series.without_added(series.force)
             still = np.abs(force - force[0]) < _STILL_FORCE_RATIO * np.ptp(force)
@@ -714,10 +528,6 @@ def lasting(differences: FloatArray) -> tuple[float, float]:
     return along, 1.0 if is_white else max((1 + along) / max(1 - along, 1e-3), 1.0)
 
 
-_SEARCH_RTOL = 1e-8
-"""Relative accuracy of the runs of a search: a hundredth of the last digit of files (derived)."""
-
-
 class OfPeaks(Model):
     """Relative differences of peak forces.
 
@@ -732,9 +542,7 @@ class OfPeaks(Model):
         self, base: Scene, free: Free, peaks: Sequence[FloatArray], deadline: Deadline
     ) -> None:
         super().__init__(base, free, deadline)
-        of_gauges = [
-            key for key in (*free.keys, *(each.key for each in free.added)) if place_of(key)
-        ]
+        of_gauges = [key for key in (*free.keys, *free.added) if place_of(key)]
         require(not of_gauges, " and ".join(of_gauges), None, "is of traces, and these are peaks")
         self._places = np.concatenate([np.flatnonzero(forces > 0) for forces in peaks])
         self._force = np.concatenate([forces[forces > 0] for forces in peaks])
@@ -746,10 +554,10 @@ class OfPeaks(Model):
         allowed = f"must be at least {need} for {len(free.keys)} free keys: measure more contacts"
         require(self.size >= need, "number of peaks", self.size, allowed)
 
-    def _read(self, x: FloatArray, rtol: float | None) -> FloatArray:
-        rtol, scene = rtol or _SEARCH_RTOL, self.scene(x)
+    def _read(self, x: FloatArray, rtol: float | None) -> FloatArray:  # noqa: ARG002
+        scene = self.scene(x)
         run: Result = self._deadline.spend(
-            lambda left: Native(rtol=rtol, time_limit=left, wanted="all").run(scene)
+            lambda left: Native(rtol=SLOPE_RTOL, time_limit=left, wanted="all").run(scene)
         )
         late = self._places[run.is_cut_off[self._places]]
         if late.size:

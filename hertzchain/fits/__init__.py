@@ -1,1 +1,0 @@
-"""Fits of a scene to measured forces over time."""

@@ -1,1 +1,0 @@
-"""Effects of uncertain values, and of scatter among granules, on the results of a scene."""
