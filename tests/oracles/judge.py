@@ -104,8 +104,11 @@ def of_gauges(result: hc.Result) -> Shares:
     """Yield force, arrival and width of the gauges in granules."""
     scene, late = result.scene, TRACED * result.scene.contact_time
     for reading in result.gauges:
-        true = traced(scene).gauge(reading.gauge.granule, scene.granules.static_force)
-        name = f"gauge in granule {reading.gauge.granule}"
+        granule = reading.gauge.granule
+        if granule is None:
+            continue  # a contact
+        true = traced(scene).gauge(granule, scene.granules.static_force)
+        name = f"gauge in granule {granule}"
         if not true.force > 0:  # fixed granules keep it from any motion
             yield f"silence of the {name}", np.inf if reading.force > 0 else 0.0
             continue
