@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -14,61 +13,7 @@ from hertzchain.errors import HertzchainError, SceneError
 from tests.command_line import Command
 from tests.conftest import STEEL
 from tests.observables.test_first_pulse import random_scene
-from tests.oracles.first_pulses import Seen, Trace
-
-JUDGE = 1e-8
-"""Least error of the judge, over the force and the time unit; that of a pulse is the difference
-from a hundredth of its accuracy, if it is larger."""
-
-
-def off_by(row: Any, true: Seen, rough: Seen, unit: float) -> list[float]:
-    """Errors of a pulse over what was stated, less those of the judge."""
-    judge = JUDGE * unit
-    late = max(judge, abs(true.arrival - rough.arrival))
-    shares = [
-        (abs(row.force_N / true.force - 1) - max(JUDGE, abs(true.force / rough.force - 1)))
-        / row.force_error,
-        (abs(row.time_s - true.time) - max(1e-6 * unit, abs(true.time - rough.time)))
-        / row.time_error_s,
-        (abs(row.arrival_time_s - true.arrival) - late) / row.arrival_error_s,
-    ]
-    if true.end is not None and rough.end is not None and np.isfinite(row.width_error_s):
-        late = max(late, abs(true.end - rough.end))
-        shares.append((abs(row.width_s - (true.end - true.arrival)) - 2 * late) / row.width_error_s)
-    return shares
-
-
-def shares(scene: hc.Scene, backend: hc.Native | hc.Lammps) -> tuple[list[float], list[float]]:
-    """Errors of all pulses over what was stated; and missed pulses, over the largest force.
-
-    A pulse is missed if it is apart from the others by more than its width.
-    """
-    result = backend.run(scene)
-    trains, roughly = (
-        Trace(result.scene, tolerance).trains(scene.granules.static_force)
-        for tolerance in (3e-14, 3e-12)
-    )
-    off: list[float] = []
-    missed: list[float] = []
-    for contact, pulses, rough in zip(result.contact.tolist(), trains, roughly, strict=True):
-        train = result.pulses(contact=contact)
-        times = np.array([pulse.time for pulse in pulses])
-        largest = max((pulse.force for pulse in pulses), default=0.0)
-        is_seen = largest > 1e-8 * (scene.units.force + result.peak_at(contact))
-        seen = np.zeros(len(pulses), bool)
-        rows: list[Any] = list(train[train["force_error"] < 0.1].itertuples())
-        for row in rows:
-            k = int(np.argmin(np.abs(times - row.time_s)))
-            other = min(rough, key=lambda pulse, k=k: abs(pulse.time - times[k]))  # type: ignore[misc]
-            seen[k] = True
-            off += off_by(row, pulses[k], other, scene.contact_time)
-        for k, pulse in enumerate(pulses):
-            apart = np.min(np.abs(np.delete(times, k) - pulse.time), initial=np.inf)
-            wide = np.inf if pulse.end is None else pulse.end - pulse.arrival
-            is_sure = is_seen and len(rows) == len(train) and pulse.force > 0.0101 * largest
-            if not seen[k] and apart > wide and is_sure:
-                missed.append(pulse.force / largest)
-    return off, missed
+from tests.oracles import judge
 
 
 @pytest.mark.parametrize(
@@ -78,11 +23,10 @@ def shares(scene: hc.Scene, backend: hc.Native | hc.Lammps) -> tuple[list[float]
 def test_random_scenes(number: int) -> None:
     """No pulse is off by more than what is stated, and none is missed."""
     try:
-        off, missed = shares(random_scene(number), hc.Native(rtol=1e-6))
+        shares = dict(judge.of_trains(hc.Native(rtol=1e-6).run(random_scene(number))))
     except HertzchainError:
         return  # a refusal is honest
-    assert max(off, default=0.0) <= 1
-    assert not missed
+    assert {name: part for name, part in shares.items() if not part <= 1} == {}
 
 
 STEEL_PAIR = hc.Scene(

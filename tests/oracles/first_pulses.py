@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
+from functools import cached_property, partial
 from itertools import pairwise
 from typing import Any
 
@@ -94,10 +94,19 @@ class Trace:
                 return float(self.force(solution(time))[contact])
         raise ValueError(time)
 
+    @cached_property
+    def sampled(self) -> tuple[Floats, Floats]:
+        """A hundred times in each unit of time, and the forces then, (contacts, times)."""
+        step = 0.01 * self.chain.time
+        parts = [
+            np.linspace(b, e, max(2, int((e - b) / step)), endpoint=False) for b, e, _ in self.parts
+        ]
+        times = np.concatenate([*parts, [self.parts[-1][1]]])
+        return times, np.concatenate([self.at_all(t) for t in np.array_split(times, 50)], axis=1)
+
     def first_pulses(self, static: Floats) -> list[Seen | None]:
         """First pulses of all contacts of a scene whose drive has ended."""
-        times = self._times()
-        forces = np.concatenate([self.at_all(some) for some in np.array_split(times, 50)], axis=1)
+        times, forces = self.sampled
         dynamic = forces - static[:, np.newaxis]
         of_run = dynamic.max(axis=1)
         return [
@@ -109,8 +118,7 @@ class Trace:
 
     def trains(self, static: Floats) -> list[list[Seen]]:
         """All pulses of each contact."""
-        times = self._times()
-        forces = np.concatenate([self.at_all(some) for some in np.array_split(times, 50)], axis=1)
+        times, forces = self.sampled
         dynamic = forces - static[:, np.newaxis]
         return [
             all_pulses(times, dynamic[i], partial(self._above, i, float(static[i])))
@@ -128,17 +136,9 @@ class Trace:
         def read(time: float) -> float:
             return float(sum(self.at(k, time) - static[k] for k in places)) / 2
 
-        times = self._times()
-        forces = (self.at_all(times) - static[:, np.newaxis])[places]
-        return seen(times, forces.sum(axis=0) / 2, read)
-
-    def _times(self) -> Floats:
-        """A hundred times in each unit of time."""
-        step = 0.01 * self.chain.time
-        parts = [
-            np.linspace(b, e, max(2, int((e - b) / step)), endpoint=False) for b, e, _ in self.parts
-        ]
-        return np.concatenate([*parts, [self.parts[-1][1]]])
+        times, forces = self.sampled
+        read_then = (forces - static[:, np.newaxis])[places].sum(axis=0) / 2
+        return seen(times, read_then, read)
 
     def at_all(self, times: Floats) -> Floats:
         """Forces of all contacts at increasing times, (contacts, times)."""

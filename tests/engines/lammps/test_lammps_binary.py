@@ -99,7 +99,7 @@ def test_the_numbers_are_those_of_the_module(
     lmp: str, what: str, ranks: int, options: dict[str, Any]
 ) -> None:
     scene = SCENES[what]
-    module = hc.Lammps(None if "rtol" in options else 0.05 * scene.units.time, **options)
+    module = hc.Lammps(None if "rtol" in options else 0.1 * scene.units.time, **options)
     times = np.linspace(0, scene.end_time, 9)
     by_lmp = replace(module, lmp=lmp, ranks=ranks)
     expected, result = (each.run(scene, record=times) for each in (module, by_lmp))
@@ -365,7 +365,7 @@ def test_the_environment_names_the_binary(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     SHORT.to_toml("scene.toml")
-    run = ("run", "scene.toml", "--backend", "lammps", "--dt", "5e-7", "--json")
+    run = ("run", "scene.toml", "--backend", "lammps", "--dt", "1e-6", "--json")
 
     def peaks(*arguments: object) -> str:
         done = hertzchain(*run, *arguments)
@@ -380,7 +380,7 @@ def test_the_environment_names_the_binary(
     is_refused(hertzchain(*run), "hertzchain: /no/lmp is missing or not a program: ")
     assert peaks("--lmp", BESIDE_PYTHON) == expected
     # Neither Python nor the native backend look there.
-    assert hc.Lammps(1e-7).run(SHORT).versions["lammps"] == module_build().version
+    assert hc.Lammps(1e-6).run(SHORT).versions["lammps"] == module_build().version
     assert hertzchain("run", "scene.toml", "--method", "rk4").status == 0
     monkeypatch.setenv("HERTZCHAIN_LMP", "")
     assert peaks() == expected

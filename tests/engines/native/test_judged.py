@@ -14,16 +14,8 @@ from hertzchain.engines.native.equations import Chain
 from hertzchain.observables.peaks import largest_difference
 from hertzchain.verdict.run_checks import as_written_check, balance_checks, is_quickly_written
 from tests.conftest import STEEL
-from tests.oracles import extrapolation
-from tests.oracles.bounds import (
-    at_three_accuracies,
-    by_methods,
-    check_answers,
-    check_short,
-    lasting,
-)
+from tests.oracles.bounds import at_three_accuracies, by_methods, check_answers, check_short
 from tests.places import ROOT
-from tests.scenes import EVERY, TABLE
 from validation.random_scenes import (
     damped,
     pushed_within,
@@ -37,38 +29,6 @@ from validation.random_scenes import (
     with_near_wall,
     with_wall_of_its_own,
 )
-
-BY_METHODS = [
-    *(("piston", name) for name in ("forwards and backwards", "gaps, wall")),
-    ("sine", "as strong as the load"),
-]
-"""Drives that are judged by every method, too."""
-
-
-ALIKE = {
-    *(("terms", name) for name in ("dimer", "gaps")),
-    *(("damped", name) for name in TABLE["damped"]),
-    *(("drives, damped", name) for name in TABLE["drives, damped"]),
-}
-"""Others have the terms of these, too."""
-
-
-@pytest.mark.parametrize(("kind", "name"), [each for each in EVERY if each not in ALIKE])
-def test_peaks_and_velocities(kind: str, name: str) -> None:
-    scene = lasting(TABLE[kind][name])
-    asked = at_three_accuracies()
-    if (kind, name) in BY_METHODS:
-        asked += by_methods(scene)
-    results = check_answers(scene, asked)
-    assert len(results) == len(asked)
-    true = extrapolation.peaks(scene).velocity[scene.first_granule :]
-    # After many collisions; 1.1e-8 seen.
-    largest = np.max(np.abs(true))
-    assert results[2].velocity == pytest.approx(true, rel=0, abs=2e-8 * largest)
-    # Those that a comparison has: the velocities of other runs have errors of their own.
-    balances = balance_checks(hc.Native("reference").run(scene))
-    assert [check for check in balances if not check.passed] == []
-
 
 Draw = Callable[[np.random.Generator, int], hc.Scene]
 
