@@ -27,7 +27,7 @@ from hertzchain.observables.watch import PeakWatch
 from hertzchain.scene import schedule
 from hertzchain.scene.chain import Granules
 from hertzchain.scene.schedule import Leg
-from hertzchain.scene.shocks import Pulse, Ramp
+from hertzchain.scene.shocks import Pulse, Ramp, Stroke
 from tests.oracles.in_numpy import simulate_in_numpy
 from validation.shipped import load
 
@@ -230,8 +230,10 @@ def other_legs(
     """Another schedule, for all backends: ``change`` gets the right legs and the step."""
     original = schedule.lay_steps
 
-    def changed(ramps: Sequence[Ramp], end_time: float, dt: float) -> tuple[Leg, ...]:
-        return tuple(change(original(ramps, end_time, dt), dt))
+    def changed(
+        ramps: Sequence[Ramp], end_time: float, dt: float, strokes: Sequence[Stroke]
+    ) -> tuple[Leg, ...]:
+        return tuple(change(original(ramps, end_time, dt, strokes), dt))
 
     return patch("hertzchain.scene.scene.lay_steps", changed)
 

@@ -124,7 +124,9 @@ def test_doctor_says_what_optional_packages_are_for(monkeypatch: pytest.MonkeyPa
             raise metadata.PackageNotFoundError
         return installed(name)
 
-    monkeypatch.setattr(doctor, "_every_lammps", list)
+    missing = doctor.Finding("LAMMPS", False, "not asked")
+    for of_lammps in ("_lammps", "_binary"):
+        monkeypatch.setattr(doctor, of_lammps, lambda *_, **__: missing)
     codes = {entry.name: entry for entry in doctor.diagnose()}
     assert (codes["distributed"].text, codes["distributed"].works) == (
         installed("distributed"),
