@@ -35,7 +35,6 @@ and root of the length. Measured: 0.72 to 0.81 for white noise of 20 to 1000 sam
 
 _TIP_OVER_BOW = 3.0  # limit of a tip, which has little impulse, over that of a bow; chosen
 _OUTLIER_DEVIATIONS = 6.0  # standard deviations that no sample in millions exceeds by noise
-_CORNER_ROUNDS = 2  # in which corners move to their best places; chosen: a third changes few
 
 
 def corners_of(time: FloatArray, force: FloatArray, bend: float, noise: Noise) -> Places:
@@ -58,7 +57,7 @@ def corners_of(time: FloatArray, force: FloatArray, bend: float, noise: Noise) -
             places.add(middle)
             open_lines += [(first, middle), (middle, last)]
     kept = sorted(places)
-    for _ in range(_CORNER_ROUNDS):
+    for _ in range(2):  # rounds in which corners move to their best places: a third changes few
         at = 1
         while at < len(kept) - 1:
             before, after = kept[at - 1], kept[at + 1]
@@ -137,17 +136,7 @@ _SURE_DEVIATIONS = 5.0
 million.
 """
 
-_WIDTHS_PER_BASELINE = 10  # widths of a pulse at half its height over the time before it; chosen
-
-_WINDOWS_PER_WIDTH = 20  # averages over a width of the pulse at half its height; chosen
-_OTHER_PULSE_RATIO = 0.05  # least height of another pulse that counts, over the largest; chosen
-_OTHER_PULSE_OVER_SCATTER = 20.0
-"""Least height of another pulse over the lowest quartile of the absolute averages before the
-largest; chosen: 6.4 standard deviations of Gaussian noise, and more than a drift has."""
 _END_FORCE_RATIO = 0.01  # of F0: pulses that end with their recording are off by less (measured)
-_SAMPLES_PER_TAIL_SAMPLE = 50  # samples of a recording over those in its tail; chosen
-_FLAT_SAMPLES = 5  # samples of the largest force from which on a top may be cut off; chosen
-_FLAT_OVER_NEXT_SAMPLES = 8  # samples within a digit below it; chosen, more than a crest has
 
 
 @dataclass(frozen=True, eq=False)
@@ -193,12 +182,13 @@ def pulse_of(
     crest = inside.start + int(np.argmax(force[inside]))
     _refuse_pull(force[inside], level)
     rising, falling = _half_heights(force, level, crest)
-    window = max(1, (falling - rising) // _WINDOWS_PER_WIDTH) // 2 * 2 + 1
+    window = max(1, (falling - rising) // 20) // 2 * 2 + 1
     averages = averaged(force, window)
     before = min(_foot(averages, level, crest), time.size if given_first is None else given_first)
     _refuse_two(time, averages[:before] - level, float(force[crest]) - level, crest)
     samples = 0
-    if before < max(LEAST_NOISE_SAMPLES, (falling - rising) // _WIDTHS_PER_BASELINE):
+    # A baseline has at least a tenth of the width of the pulse
+    if before < max(LEAST_NOISE_SAMPLES, (falling - rising) // 10):
         level, noise = given_level or 0.0, noise_within(force, step, resolution)
     else:
         noise = noise_before(force[:before], step, resolution)
@@ -317,7 +307,8 @@ def _refuse_two(time: FloatArray, before: FloatArray, height: float, crest: int)
     if not before.size:
         return
     at, scatter = int(np.argmax(before)), float(np.quantile(np.abs(before), 0.25))
-    if before[at] > max(_OTHER_PULSE_RATIO * height, _OTHER_PULSE_OVER_SCATTER * scatter):
+    # 20 quartiles are 6.4 standard deviations of Gaussian noise, and more than a drift has
+    if before[at] > max(0.05 * height, 20 * scatter):
         raise HertzchainError(
             f"a pulse of {before[at]:.3g} N, at {time[at]:.6g} s, comes before the largest, of"
             f" {height:.3g} N at {time[crest]:.6g} s: delete the samples of one of them, or give"
@@ -355,7 +346,7 @@ def no_return(
     The pulse ends where a straight line through the last samples does: it may end with its
     recording. ``is_level`` is whether the baseline was given or measured.
     """
-    tail = max(LEAST_NOISE_SAMPLES, force.size // _SAMPLES_PER_TAIL_SAMPLE)
+    tail = max(LEAST_NOISE_SAMPLES, force.size // 50)
     if force.size < 2 * tail:
         return None
     off = float(np.polyfit(np.arange(1 - tail, 1), force[-tail:], 1)[1])
@@ -404,7 +395,8 @@ def cut_off(force: FloatArray, resolution: float) -> str | None:
         resolution = top - float(lower.max())
     equal = int(np.count_nonzero(force == top))
     below = int(np.count_nonzero(lower > top - 1.5 * resolution))
-    if equal < _FLAT_SAMPLES or equal <= _FLAT_OVER_NEXT_SAMPLES * below:
+    # A crest has fewer equal samples, and more within a digit below them
+    if equal < 5 or equal <= 8 * below:
         return None
     return (
         f"{equal} samples have the largest force, {top:.4g} N: if the range of the instrument cut"
@@ -419,8 +411,6 @@ LEAST_ROWS = 3
 _LEAST_BOW_RATIO = 1 / 3000
 """Bow of a line over F0 at which no further rows are added. Measured: peaks of 40 granules of
 LM_ratio 0.1 to 10 under the three pulses changed by up to 2.9 bows, mostly by less than 1."""
-
-_BOW_FACTOR = 1.3  # ratio of bows that are tried until the rows suffice; chosen
 
 
 class Value(NamedTuple):
@@ -505,7 +495,7 @@ def measured_pulse(recording: Recording, signal: Signal, rows: int = MOST_ROWS) 
     bend = _LEAST_BOW_RATIO * float(signal.force.max())
     places = corners_of(signal.time, signal.force, bend, signal.noise)
     while places.size > rows:
-        bend *= _BOW_FACTOR
+        bend *= 1.3
         places = corners_of(signal.time, signal.force, bend, signal.noise)
     force = heights(signal.time, signal.force, places)
     table = PulseTable(tuple(signal.time[places].tolist()), tuple(force.tolist()))

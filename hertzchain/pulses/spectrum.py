@@ -19,11 +19,7 @@ WINDOW = "hann"
 """Name of the window in SciPy (chosen): a sine between two bins loses at most 15 % of its
 height."""
 
-_SAMPLES_PER_CONTACT_TIME = 16  # samples of a force in the natural unit of time; chosen
-_SAMPLES_PER_PERIOD = 8  # least samples in a period at the highest band edge; chosen
 _MOST_SAMPLES = 1_000_000  # samples of a recorded force; chosen
-_LEAST_INNER_GRANULES = 3  # granules without the ends that show the period of a chain; chosen
-_EQUAL_RATIO = 1e-9  # relative difference up to which masses, stiffnesses and forces are equal
 
 
 class Edge(NamedTuple):
@@ -45,7 +41,7 @@ def band_edges(scene: Scene) -> tuple[Edge, ...]:
     """
     granules = scene.granules
     mass, stiffness, force = granules.mass[1:-1], granules.stiffness[1:-1], granules.static_force
-    is_long = mass.size >= _LEAST_INNER_GRANULES
+    is_long = mass.size >= 3  # granules without the ends, which show the period of a chain
     if not is_long or force[0] == 0 or not _equal(force) or not _equal(stiffness):
         return ()
     k = 1.5 * float(stiffness[0]) ** (2 / 3) * float(force[0]) ** (1 / 3)
@@ -66,7 +62,7 @@ def band_edges(scene: Scene) -> tuple[Edge, ...]:
 
 
 def _equal(values: FloatArray) -> bool:
-    return bool(np.ptp(values) <= _EQUAL_RATIO * np.max(values))
+    return bool(np.ptp(values) <= 1e-9 * np.max(values))
 
 
 def _hertz(square: float) -> float:
@@ -79,8 +75,9 @@ def times_of(scene: Scene) -> FloatArray:
 
     SceneError if there would be too many.
     """
-    steps = [scene.contact_time / _SAMPLES_PER_CONTACT_TIME]
-    steps += [1 / (_SAMPLES_PER_PERIOD * edge.frequency) for edge in band_edges(scene)]
+    # 16 samples in a natural time unit, and at least 8 in a period at the highest band edge
+    steps = [scene.contact_time / 16]
+    steps += [1 / (8 * edge.frequency) for edge in band_edges(scene)]
     count = math.ceil(scene.end_time / min(steps)) + 1
     allowed = f"needs {count:,} samples, more than {_MOST_SAMPLES:,}: give an earlier end_time"
     require(count <= _MOST_SAMPLES, "end_time", scene.end_time, allowed)

@@ -36,9 +36,6 @@ if TYPE_CHECKING:
 
 
 _LONG_CHAIN_CONTACTS = 200  # from which on axes are logarithmic, points a bitmap; chosen
-_DRAWN_CONTACTS = 6  # contacts whose force over time is drawn
-_MOST_MARKERS = 80  # contacts up to which each peak has a marker; more would merge into a band
-_LIGHTEST_SHADE = 0.9  # shade of a curve; the last tenth of the colours is too light on white
 
 
 def draw_peaks(axes: Axes, document: Document) -> None:
@@ -56,7 +53,8 @@ def draw_peaks(axes: Axes, document: Document) -> None:
         if native.static_force is not None:
             what = "first pulse, less the static force"
     colour = style.COLOURS.get(native.backend, style.COLOURS["native"])
-    marked = contact.size <= _MOST_MARKERS or bool(np.isnan(peaks).any())
+    # More than 80 markers would merge into a band
+    marked = contact.size <= 80 or bool(np.isnan(peaks).any())
     axes.plot(
         contact, peaks, marker=style.MARKERS["native"] if marked else "", color=colour,
         markersize=3.5, linewidth=1.0, label=label,
@@ -149,7 +147,7 @@ def draw_forces(axes: Axes, document: Document) -> None:
     from matplotlib import colormaps
 
     result = document.native
-    gauges, contacts = result.scene.gauges, drawn_contacts(result, _DRAWN_CONTACTS)
+    gauges, contacts = result.scene.gauges, drawn_contacts(result, 6)
     history = recorded(result)
     if result.scene.ramps and not gauges:
         applied, label = result.scene.applied_force(history.time), "applied force"
@@ -159,7 +157,8 @@ def draw_forces(axes: Axes, document: Document) -> None:
         axes.plot(history.time, applied, "--", color="0.6", label=label)
     draw, of = ("gauges", None) if gauges else ("forces", contacts)
     curves = _series(result, draw, of)
-    shades = colormaps["viridis"](np.linspace(0, _LIGHTEST_SHADE, len(curves)))
+    # The last tenth of the colours is too light on white
+    shades = colormaps["viridis"](np.linspace(0, 0.9, len(curves)))
     for (label, (time, force, _)), shade in zip(curves.items(), shades, strict=True):
         axes.plot(time, force, color=shade, linewidth=1.2, label=label)
     others = {name: other for name, other in document.results.items() if other is not result}
@@ -252,9 +251,7 @@ PANELS: dict[str, tuple[float, Callable[[Axes, Document], None]]] = {
 
 
 _KINDS = {"peaks": "peak force", "forces": "contact force", "gauges": "force on a gauge"}
-_BAND_PERCENTILES = (5, 50, 95)  # of the results of a band, as a spread has them
 _DASHES = ("-", "--", ":", "-.")
-_CONTACTS_BY_DEFAULT = 3  # contacts whose force over time is drawn by default
 
 _Line = tuple[FloatArray, FloatArray, FloatArray, FloatArray]  # x, middle, low, high
 
@@ -295,7 +292,7 @@ def plot(
         most = min(result.scene.last_contact for result in each)
         shortest = min(each, key=lambda result: result.scene.last_contact)
         first = max(result.scene.contacts[0] for result in each)
-        drawn_by_default = [k for k in drawn_contacts(shortest, _CONTACTS_BY_DEFAULT) if k >= first]
+        drawn_by_default = [k for k in drawn_contacts(shortest, 3) if k >= first]
         contacts = contacts or drawn_by_default
         allowed = f"must be numbers from {first} to {most}, which all results have"
         is_there = all(first <= contact <= most for contact in contacts)
@@ -387,13 +384,11 @@ def _band(each: Sequence[tuple[FloatArray, FloatArray, FloatArray]]) -> _Line:
     # Only as long as all of them last.
     x = x[(x >= max(at[0] for at, _, _ in each)) & (x <= min(at[-1] for at, _, _ in each))]
     values = [np.interp(x, at, other) for at, other, _ in each]
-    low, middle, high = np.percentile(values, _BAND_PERCENTILES, axis=0)
+    low, middle, high = np.percentile(values, (5, 50, 95), axis=0)  # as a spread has them
     return x, middle, low, high
 
 
-_WIDTH_INCH = 8.0  # width of a picture by default [inches]
 _PANEL_PAIRS = (("peaks", "differences"), ("forces", "map"))  # panels with the same axis below them
-_PANEL_INCH = 1.7  # height of a panel with room for its labels [inches]; chosen
 
 
 def panels_of(document: Document) -> tuple[str, ...]:
@@ -414,9 +409,9 @@ def figure_of(document: Document, size: tuple[float, float] | None = None) -> Pi
     shown = panels_of(document)
     if size is not None:
         check_size(size)
-        shown = shown[: max(1, int(size[1] / _PANEL_INCH))]
+        shown = shown[: max(1, int(size[1] / 1.7))]  # inches: room for the labels of a panel
     heights = [PANELS[name][0] for name in shown]
-    inches = (_WIDTH_INCH, sum(heights) + 0.6) if size is None else size
+    inches = (8.0, sum(heights) + 0.6) if size is None else size
     figure = Picture(inches, describe(document.native.scene))
     drawn = figure.subplots(len(shown), 1, squeeze=False, height_ratios=heights)[:, 0]
     axes = dict(zip(shown, drawn, strict=True))
@@ -513,7 +508,6 @@ def plot_pulse(pulse: MeasuredPulse, size: tuple[float, float] | None = None) ->
 
 
 _LEAST_AMPLITUDE_RATIO = 1e-5  # least amplitude that is drawn, over the largest; chosen
-_DRAWN_OVER_EDGE = 1.5  # end of the drawn frequencies over the highest band edge; chosen
 
 
 def plot_spectrum(spectrum: Spectrum, size: tuple[float, float] | None = None) -> Picture:
@@ -530,7 +524,7 @@ def plot_spectrum(spectrum: Spectrum, size: tuple[float, float] | None = None) -
         )  # fmt: skip
     largest = float(amplitude.max())
     shown = frequency[amplitude > _LEAST_AMPLITUDE_RATIO * largest]
-    ends = [_DRAWN_OVER_EDGE * edge.frequency for edge in spectrum.edges]
+    ends = [1.5 * edge.frequency for edge in spectrum.edges]  # of the frequencies that are drawn
     axes.set_xlim(0, max(ends, default=float(shown[-1])))
     axes.set_ylim(_LEAST_AMPLITUDE_RATIO * largest, 2 * largest)
     in_units(axes.xaxis, "frequency [Hz]")

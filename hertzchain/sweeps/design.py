@@ -226,7 +226,6 @@ def sobol_points(dimensions: int, seed: int, numbers: NDArray[np.int64]) -> Floa
 
 
 _OF_ELASTIC = {f"{wall}.{key}" for wall in WALLS for key in ("young_modulus", "poisson_ratio")}
-_SOME_SCENES = 500  # scenes that are tried and counted before a sweep, at most, chosen: 0.1 s
 MOST_SCENES = 10**8  # most scenes of a sweep, chosen: a day of two cores at a millisecond a scene
 
 
@@ -312,8 +311,8 @@ class Design:
 
     @property
     def some_parameters(self) -> dict[str, NDArray[Any]]:
-        """All parameters of evenly spaced scenes."""
-        some = np.linspace(0, self.scenes - 1, min(self.scenes, _SOME_SCENES))
+        """All parameters of evenly spaced scenes, at most 500, which take 0.1 s."""
+        some = np.linspace(0, self.scenes - 1, min(self.scenes, 500))
         return self.parameters(some.astype(np.int64))
 
     def scene(self, parameters: Mapping[str, NDArray[Any]], k: int) -> Scene:

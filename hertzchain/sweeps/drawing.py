@@ -32,8 +32,6 @@ _LETTERS = 15  # letters of a remark in an inch of width
 _MOST_MARKS = 1000
 """Most lines, and most points that are no bitmap in PDF and SVG (chosen): more cannot be told
 apart, and each line costs a millisecond."""
-_TOLERANCE = 1e-3  # largest relative difference of a given value from the sweep's: three digits
-_DECADES = 100.0  # ratio of the largest value to the smallest from which an axis is logarithmic
 _ALONG = ("peak_force_N", "peak_time_s")  # columns that can be drawn along the chain
 
 
@@ -67,9 +65,9 @@ class _Chart:
         return [name for name in self.varying if name not in (self.x, self.y)]
 
     def is_log(self, name: str) -> bool:
-        """Return whether a column was swept with :log, or its values span decades."""
+        """Return whether a column was swept with :log, or its values span two decades."""
         low, high = self.frame[name].min(), self.frame[name].max()
-        return name in self.logs or bool(low > 0 and high / low > _DECADES and high < math.inf)
+        return name in self.logs or bool(low > 0 and high / low > 100 and high < math.inf)
 
 
 def draw(
@@ -179,7 +177,7 @@ def _meant(name: str, wanted: Any, values: NDArray[Any]) -> Any:
     key = key_named(name)
     off = np.abs(values - float(to_si(name, wanted, "" if key is None else key.unit)))
     nearest = values[np.argsort(off, kind="stable")[:2]]
-    if not np.min(off) <= _TOLERANCE * abs(nearest[0]):
+    if not np.min(off) <= 1e-3 * abs(nearest[0]):  # three digits
         said = " and ".join(f"{value:.5g}" for value in np.sort(nearest))
         raise SceneError(name, wanted, f"is not in the sweep; the nearest there: {said}")
     return nearest[0]

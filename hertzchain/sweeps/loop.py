@@ -137,8 +137,6 @@ KINDS: dict[str, type[Backend]] = {"native": Native, "lammps": Lammps}
 """Names of the backends in the table."""
 
 MOST_ROWS, MOST_PEAKS = 10_000, 500_000  # scenes and contacts of a part, chosen: about 30 MB
-_SINGLE_SCENES = 50  # scenes of a part that are run one by one; chosen: a kill loses as many
-_LEAST_PARTS = 16  # least number of parts; chosen, so that few scenes keep all cores busy
 _SERIAL_WORK, _SMALL_CHAIN_GRANULES = 2_000_000, 40
 """Scenes times granules squared, at least those of a small chain, below which no process is started
 (measured): two take 2 s to start, as long as 1,200 elastic scenes of 31 granules or 550 of 60.
@@ -146,10 +144,8 @@ _SERIAL_WORK, _SMALL_CHAIN_GRANULES = 2_000_000, 40
 _SINGLE_SCENE_WORK = 1e8  # natural time units times granules (1 s): longer scenes run by themselves
 _YEAR = 3e7  # no time limit [s]
 
-_INTERVAL = 1.0  # longest time between two checks of the workers [s]
 _MOMENT = 0.05  # time between two checks of processes that are to end [s]
 _PATIENCE = 10.0  # waiting time for a scheduler that does not answer [s]
-_AHEAD = 3  # parts sent for each thread of a cluster: no thread waits, and memory does not grow
 
 _log = logging.getLogger(__name__)
 
@@ -187,7 +183,8 @@ def part_size(design: Design, backend: Backend) -> int:
     """Return the number of scenes in a part."""
     size = min(MOST_ROWS, MOST_PEAKS // _largest(design))
     if not _is_batched(design, backend):
-        size = min(size, _SINGLE_SCENES, math.ceil(design.scenes / _LEAST_PARTS))
+        # A kill loses a part: 50 scenes. At least 16 parts keep all cores busy.
+        size = min(size, 50, math.ceil(design.scenes / 16))
     return max(size, 1)
 
 
@@ -368,7 +365,7 @@ def _in_turn(
                 break
         if not at_work:
             return
-        for future in wait(at_work, timeout=_INTERVAL, return_when=FIRST_COMPLETED).done:
+        for future in wait(at_work, timeout=1.0, return_when=FIRST_COMPLETED).done:
             yield at_work.pop(future), future
 
 
@@ -471,7 +468,7 @@ def _loop_of(
             threads = sum(there.values())
         if threads == 0 != before:
             _log.warning("hertzchain: %s has no workers: the sweep waits for some", scheduler)
-        return _AHEAD * max(threads, 1)
+        return 3 * max(threads, 1)  # parts: no thread waits, and memory does not grow
 
     for part, future in _in_turn(submit, room, parts):
         try:
