@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
 
 import pytest
 
@@ -129,14 +128,9 @@ def test_forces_and_motion(kind: str, name: str, engine: str) -> None:
         judged(judge.of_balances(result))
 
 
-def is_tried(case: Any) -> bool:
-    """Return whether a case is native's, or quick: others have not all been tried."""
-    return case.values[2].startswith("native") or case.values in PULSES
-
-
 @pytest.mark.parametrize(
     ("kind", "name", "engine"),
-    [each for each in cases(PULSES, ("no pulses", "reference", "extrapolated")) if is_tried(each)],
+    cases(PULSES, ("no pulses", "reference", "extrapolated")),
 )
 def test_pulses_gauges_and_waves(kind: str, name: str, engine: str) -> None:
     granules = SCENES[kind][name].chain.granules
@@ -144,5 +138,7 @@ def test_pulses_gauges_and_waves(kind: str, name: str, engine: str) -> None:
     result = run_of(kind, name, engine, gauges)
     wave = judge.of_wave(result, 3, max(4, granules - 4))
     judged(judge.of_first_pulses(result), judge.of_gauges(result), wave)
-    if (kind, name, engine) not in PULSES or (kind, name) in TRAINS:
+    # Bounds of all pulses by LAMMPS are estimates, as docs/scenes.md says.
+    is_left_out = (kind, name, engine) in PULSES or engine.startswith("LAMMPS")
+    if (kind, name) in TRAINS or not is_left_out:
         judged(judge.of_trains(result))

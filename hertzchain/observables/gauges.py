@@ -332,6 +332,9 @@ class _Signal:
         self.static = self._weight * float(np.sum(self._static))
         self._weakest = observer.LEAST * (scene.units.force + self.static)
         self._is_open = motion.overlap[0, :, max(places[0] - 1, 0) : places[-1] + 2] <= 0
+        corners = [leg.start for leg in scene.schedule(scene.end_time)]
+        is_corner = np.isin(self._time, corners)
+        self._has_jump = is_corner[:-1] | is_corner[1:]  # of a piston, and of a damped force
         parts = np.arange(_PARTS) / _PARTS
         inner = self._time[:-1, np.newaxis] + parts * np.diff(self._time)[:, np.newaxis]
         self.grid = np.append(inner.ravel(), self._time[-1])
@@ -342,10 +345,14 @@ class _Signal:
         from hertzchain.observables.intervals import forces_at
 
         order = np.argsort(times, axis=None)
-        forces = np.empty((times.size, self._static.size))
-        forces_at(
-            self._signals, times.ravel()[order], self._time, self._motion, self._force, forces
-        )
+        ordered, forces = times.ravel()[order], np.empty((times.size, self._static.size))
+        forces_at(self._signals, ordered, self._time, self._motion, self._force, forces)
+        frame = np.searchsorted(self._time[1:-1], ordered, "right")
+        jumps = np.flatnonzero(self._has_jump[frame])  # no interpolant follows them
+        frame = frame[jumps]
+        part = (ordered[jumps] - self._time[frame]) / np.diff(self._time)[frame]
+        forces[jumps] = self._force[frame]
+        forces[jumps] += part[:, np.newaxis] * (self._force[frame + 1] - self._force[frame])
         values = np.empty(times.size)
         values[order] = np.sum(forces - self._static, axis=1) * self._weight
         return np.maximum(values, 0.0).reshape(times.shape)

@@ -14,6 +14,7 @@ from tests.command_line import Command
 from tests.conftest import STEEL
 from tests.observables.test_first_pulse import random_scene
 from tests.oracles import judge
+from tests.scenes import TABLE
 
 
 @pytest.mark.parametrize(
@@ -47,6 +48,8 @@ HELD = hc.PulseTable((0.0, 2e-3, 4e-3, 6e-3), (0.0, 10.0, 10.0, 0.0))
                               wall=hc.Wall("rigid")), 6, 2, id="reflected"),
         pytest.param(hc.Scene(hc.Chain(12, velocity=[1.0, *[0.0] * 10, -1.0], **STEEL), hc.Moving(),
                               hc.Run(1.8e-4)), 5, 2, id="crossing"),
+        *(pytest.param(TABLE["piston, damped"][name], 2, 1, id=name)
+          for name in ("stops before a strong damper", "a stroke shorter than a step")),
     ],
 )  # fmt: skip
 def test_what_is_a_pulse(scene: hc.Scene, contact: int, expected: int) -> None:
