@@ -85,7 +85,7 @@ def working(is_native: bool = True) -> Iterator[Callable[[str], None]]:
         from hertzchain.engines.native import elastic
         from hertzchain.observables.compiling import Watched
 
-        often = "first run only, up to a minute"
+        often = "once for each kind of run, up to a minute"
         if elastic.march.stats.cache_path is None:
             often = "in every process: no folder can keep them, see hertzchain doctor"
 

@@ -325,7 +325,7 @@ class Scene(Shown):
             pressed is not None and pressed.gravity > 0,
             self.contact is not None,
         )
-        return tuple(itertools.compress(ALL_TERMS, present))
+        return tuple(term for term, has in zip(ALL_TERMS, present, strict=True) if has)
 
     @property
     def first_granule(self) -> int:

@@ -77,8 +77,10 @@ def test_a_shape_is_one_function(shape: Shape) -> None:
     assert quad(shape.growth, 0.0, 1.0)[0] == pytest.approx(shape.area, rel=1e-14)
     for s in (1e-3, 0.09 / math.pi, 0.11 / math.pi, 0.3, 0.8):
         # As Yade's script has it; rounding of a few operations.
-        text = shape.for_numpy("s")
-        assert eval(text, {"np": np, "s": s}) == pytest.approx(shape.growth(s), rel=1e-15)  # noqa: S307
+        text = f"3.0 * {shape.for_numpy('(2 * s) / 2.0')} / 3.0"
+        written = eval(text, {"np": np, "s": s})  # noqa: S307
+        expected = pytest.approx(shape.growth(s), rel=1e-15)
+        assert written == expected, "a formula needs brackets: decks multiply it"
         assert quad(shape.rate, 0.0, s)[0] == pytest.approx(shape.growth(s), rel=1e-12)
 
 

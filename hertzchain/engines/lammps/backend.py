@@ -25,6 +25,7 @@ from hertzchain.engines.external.observation import (
     stops,
 )
 from hertzchain.engines.external.program import work_folder
+from hertzchain.engines.external.terms import OF_OTHER_CODES
 from hertzchain.engines.lammps import deck, dialect, engine
 from hertzchain.engines.lammps.engine import Child, Instance, Program, command
 from hertzchain.engines.lammps.reading.deck import FoundDeck
@@ -34,7 +35,6 @@ from hertzchain.limits import RTOL, TIME_LIMIT, Deadline
 from hertzchain.observables.result import Result
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
-from hertzchain.scene.terms import ALL_TERMS
 
 _COLUMNS = ("x", "vx", "fx")  # numbers for each granule in the dumps of a run
 _AT_REST, _REST = ("x", "mass", "radius"), "rest.dump"  # those before the shock, and their file
@@ -89,7 +89,9 @@ class Lammps(ExternalEngine):
 
     LABEL: ClassVar[str] = "LAMMPS"
     FASTEST: ClassVar[tuple[float, float]] = (0.3e-6, 8e-9)  # 0.5e-6 and 2e-8 measured
-    TERMS: ClassVar[tuple[str, ...]] = ALL_TERMS
+    TERMS: ClassVar[tuple[str, ...]] = (
+        *OF_OTHER_CODES, "single granule", "measured granules", "fixed granules", "near wall",
+    )  # fmt: skip
 
     dt: float | None = None
     pair_style: str = "granular"
