@@ -125,7 +125,7 @@ def _ratio(
 @part
 def _jumps(start: State, end: State, s: Record) -> bool:
     """Whether the force of a dashpot jumps as it closes within an interval."""
-    return bool(s.damping > 0.0 and s.exponent == 0.0 and start[0] <= 0.0 < end[0])
+    return bool(s.damping > 0.0 and s.damping_exponent == 0.0 and start[0] <= 0.0 < end[0])
 
 
 @part
@@ -329,8 +329,10 @@ def forces_at(
 @part
 def _rate_of(state: State, scale: float, stiffness: float, damping: float, s: Record) -> float:
     """Rate of the force of a contact of a signal at an end of a step."""
-    overlap, exponent = max(state[0], 0.0), s.exponent
-    return float(scale * acting_rate(overlap, state[1], state[2], stiffness, damping, exponent))
+    overlap, damping_exponent = max(state[0], 0.0), s.damping_exponent
+    return float(
+        scale * acting_rate(overlap, state[1], state[2], stiffness, damping, damping_exponent)
+    )
 
 
 @compiled_and_kept()

@@ -191,7 +191,7 @@ SIGNAL = np.dtype(
         (name, np.float64)
         for name in (
             "weight", "static", "least", "slowness", "stiffness", "damping", "other_stiffness",
-            "other_damping", "exponent", "attracts", "above", "below", "lost",
+            "other_damping", "damping_exponent", "attracts", "above", "below", "lost",
         )
     ],
     align=True,
@@ -271,7 +271,7 @@ class Law(NamedTuple):
 
     stiffness: float
     damping: float
-    exponent: float
+    damping_exponent: float
     attracts: float
     other_stiffness: float
     other_damping: float
@@ -339,29 +339,31 @@ def watch_of(signals: Records, contacts: int) -> Watch:
 
 
 @part
-def power_of(d: float, exponent: float) -> float:
+def power_of(d: float, damping_exponent: float) -> float:
     """Power of an overlap; roots are quicker than powers."""
-    if exponent == 0.0:
+    if damping_exponent == 0.0:
         return 1.0
-    if exponent == 0.5:
+    if damping_exponent == 0.5:
         return math.sqrt(d)
-    return math.sqrt(math.sqrt(d)) if exponent == 0.25 else d**exponent
+    return math.sqrt(math.sqrt(d)) if damping_exponent == 0.25 else d**damping_exponent
 
 
 @part
-def acting_force(d: float, w: float, stiffness: float, damping: float, exponent: float) -> float:
+def acting_force(
+    d: float, w: float, stiffness: float, damping: float, damping_exponent: float
+) -> float:
     """Force of a contact at an overlap and its rate, without a limit."""
     if d <= 0.0:
         return 0.0
     force = stiffness * d * math.sqrt(d)
     if damping != 0.0:
-        force += damping * power_of(d, exponent) * w
+        force += damping * power_of(d, damping_exponent) * w
     return force
 
 
 @part
 def acting_rate(
-    d: float, w: float, bend: float, stiffness: float, damping: float, exponent: float
+    d: float, w: float, bend: float, stiffness: float, damping: float, damping_exponent: float
 ) -> float:
     """Rate of that force.
 
@@ -373,14 +375,14 @@ def acting_rate(
         return 1e-200 * w
     rate = 1.5 * stiffness * math.sqrt(d) * w
     if damping != 0.0:
-        rate += damping * power_of(d, exponent) * (exponent * w * w / d + bend)
+        rate += damping * power_of(d, damping_exponent) * (damping_exponent * w * w / d + bend)
     return rate
 
 
 @part
 def law_of(d: float, w: float, stiffness: float, damping: float, s: Record) -> float:
     """Force of a contact of a signal; 0 or more where contacts do not attract."""
-    force = acting_force(d, w, stiffness, damping, s.exponent)
+    force = acting_force(d, w, stiffness, damping, s.damping_exponent)
     return force if s.attracts != 0.0 else max(force, 0.0)
 
 
@@ -401,11 +403,13 @@ def force_at(p: Piece, place: float, s: Record) -> float:
 def rate_at(p: Piece, place: float, s: Record) -> float:
     """Rate of the force of a signal at a place of a step."""
     w, bend = slope_at(p.a, place) / p.h, curvature_at(p.a, place) / (p.h * p.h)
-    rate = p.scale * acting_rate(value_at(p.a, place), w, bend, s.stiffness, s.damping, s.exponent)
+    rate = p.scale * acting_rate(
+        value_at(p.a, place), w, bend, s.stiffness, s.damping, s.damping_exponent
+    )
     if s.other_stiffness > 0.0:
         w, bend = slope_at(p.b, place) / p.h, curvature_at(p.b, place) / (p.h * p.h)
         rate += p.other_scale * acting_rate(
-            value_at(p.b, place), w, bend, s.other_stiffness, s.other_damping, s.exponent
+            value_at(p.b, place), w, bend, s.other_stiffness, s.other_damping, s.damping_exponent
         )
     return s.weight * rate
 
@@ -473,7 +477,7 @@ def extrema(p: Piece, edge: float, places: FloatArray, s: Record) -> int:
 
 @compiled
 def highest(
-    start: State, end: State, h: float, stiffness: float, damping: float, exponent: float,
+    start: State, end: State, h: float, stiffness: float, damping: float, damping_exponent: float,
     attracts: float,
 ) -> tuple[float, float]:  # fmt: skip
     """The highest maximum of the force of a contact within a step, and its place from 0 to 1.
@@ -481,7 +485,7 @@ def highest(
     Twice 0 where there is none. Arguments are as for ``look``.
     """
     nothing = (0.0, 0.0, 0.0, 0.0)
-    s = Law(stiffness, damping, exponent, attracts, 0.0, 0.0, 1.0, 0.0)
+    s = Law(stiffness, damping, damping_exponent, attracts, 0.0, 0.0, 1.0, 0.0)
     p = Piece(0.0, h, curve_of(start, end, h), curve_of(nothing, nothing, h), 1.0, 1.0)
     force, place = 0.0, 0.0
     rate = rate_at(p, 0.0, s)

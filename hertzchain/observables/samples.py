@@ -88,7 +88,7 @@ class DampedLaw:
     ----------
     stiffness, damping
         k and c of each contact, shape (contacts,).
-    exponent
+    damping_exponent
         q of all contacts.
     attraction
         Whether F may be negative; if not, negative values are set to 0.
@@ -96,7 +96,7 @@ class DampedLaw:
 
     stiffness: FloatArray
     damping: FloatArray
-    exponent: float
+    damping_exponent: float
     attraction: bool
 
     @classmethod
@@ -115,7 +115,7 @@ class DampedLaw:
 
     def in_units(self, units: NaturalUnits) -> DampedLaw:
         """Return the same law with all quantities in other units."""
-        per_rate = units.velocity * units.length**self.exponent / units.force
+        per_rate = units.velocity * units.length**self.damping_exponent / units.force
         return replace(
             self,
             stiffness=self.stiffness * (units.length**1.5 / units.force),
@@ -146,7 +146,7 @@ class DampedLaw:
             signals[f"other_{name}"] = np.where(has_other, values[other], 0.0)
         held = static[contact] + np.where(has_other, static[other], 0.0)
         signals["static"] = signals["weight"] * held
-        signals["exponent"], signals["attracts"] = self.exponent, self.attraction
+        signals["damping_exponent"], signals["attracts"] = self.damping_exponent, self.attraction
         return signals
 
     def elastic(self, overlap: FloatArray, contacts: Places = slice(None)) -> FloatArray:
@@ -170,9 +170,13 @@ class DampedLaw:
     def _power(self, overlap: FloatArray) -> FloatArray:
         """Powers of overlaps with the exponent of damping; 0 for open contacts."""
         pressed = np.maximum(overlap, 0.0)
-        if self.exponent == 0:
+        if self.damping_exponent == 0:
             return np.where(overlap > 0, 1.0, 0.0)
-        return np.sqrt(np.sqrt(pressed)) if self.exponent == 0.25 else pressed**self.exponent
+        return (
+            np.sqrt(np.sqrt(pressed))
+            if self.damping_exponent == 0.25
+            else pressed**self.damping_exponent
+        )
 
     def force(
         self, overlap: FloatArray, rate: FloatArray, contacts: Places = slice(None)

@@ -145,7 +145,7 @@ def numbers_of_chain(chain: Any, time: float) -> Numbers:
     """The numbers of a chain in natural units; ``time`` is that of its fastest contact."""
     return Numbers(
         chain.inverse_mass, chain.constant, chain.stiffness, chain.gap, chain.damping,
-        chain.exponent, chain.attraction, 1.0, time,
+        chain.damping_exponent, chain.attraction, 1.0, time,
     )  # fmt: skip
 
 

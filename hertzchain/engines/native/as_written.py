@@ -123,7 +123,7 @@ def _force(leg: Leg, time: float) -> float:
 
 def law_of(chain: Chain) -> DampedLaw:
     """Return the law of the contacts of a chain, for its ``Watch``."""
-    return DampedLaw(chain.stiffness, chain.damping, chain.exponent, chain.attraction)
+    return DampedLaw(chain.stiffness, chain.damping, chain.damping_exponent, chain.attraction)
 
 
 def on_stroke(leg: Leg, displacement: FloatArray, velocity: FloatArray) -> tuple[FloatArray, ...]:

@@ -66,7 +66,7 @@ Stride = tuple[float, float, bool]
 @compiled
 def forces(
     u: Array, v: Array, on: Array, f: Array, power: Array, stiffness: Array, damping: Array,
-    gap: Array, exponent: float, hi: int,
+    gap: Array, damping_exponent: float, hi: int,
 ) -> None:  # fmt: skip
     """Fill in the force of each contact and the power that it dissipates.
 
@@ -77,7 +77,7 @@ def forces(
         w = v[i] - v[i + ONE]
         d = d if d > 0.0 else 0.0
         elastic = stiffness[i] * d * np.sqrt(d)
-        force = on[i] * (elastic + damping[i] * power_of(d, exponent) * w)
+        force = on[i] * (elastic + damping[i] * power_of(d, damping_exponent) * w)
         f[i + ONE] = force
         power[i] = (force - on[i] * elastic) * w
 
@@ -96,16 +96,16 @@ def accelerations(
 @compiled
 def force_rates(
     u: Array, v: Array, a: Array, on: Array, rate: Array, stiffness: Array, damping: Array,
-    gap: Array, exponent: float, hi: int,
+    gap: Array, damping_exponent: float, hi: int,
 ) -> None:  # fmt: skip
     """Fill in the rate of the force of each contact."""
     for i in range(np.uint64(0), np.uint64(hi)):
         d = u[i] - u[i + ONE] - gap[i]
         w = v[i] - v[i + ONE]
         bend = a[i] - a[i + ONE]
-        steep = exponent * w * w / d if d > TINY else 0.0
+        steep = damping_exponent * w * w / d if d > TINY else 0.0
         d = d if d > 0.0 else 0.0
-        damped = damping[i] * power_of(d, exponent) * (steep + bend)
+        damped = damping[i] * power_of(d, damping_exponent) * (steep + bend)
         rate[i + ONE] = on[i] * (1.5 * stiffness[i] * np.sqrt(d) * w + damped)
 
 
@@ -119,13 +119,13 @@ def lightest(i: int, c: Chain) -> float:
 @compiled
 def law(d: float, w: float, i: int, c: Chain) -> float:
     """Force of contact i at overlap d and closing speed w, without a limit; 0 for d <= 0."""
-    return acting_force(d, w, c.stiffness[i], c.damping[i], c.exponent)
+    return acting_force(d, w, c.stiffness[i], c.damping[i], c.damping_exponent)
 
 
 @compiled
 def law_rate(d: float, w: float, bend: float, i: int, c: Chain) -> float:
     """Rate of the force of ``law``; ``bend`` is the second derivative of the overlap."""
-    return acting_rate(d, w, bend, c.stiffness[i], c.damping[i], c.exponent)
+    return acting_rate(d, w, bend, c.stiffness[i], c.damping[i], c.damping_exponent)
 
 
 @compiled
@@ -138,7 +138,10 @@ def margin(d: float, w: float, i: int, pressing: bool, c: Chain) -> float:
         return d
     length = abs(d)
     reduced = (
-        c.stiffness[i] * length * math.sqrt(length) / max(power_of(length, c.exponent), 1e-300)
+        c.stiffness[i]
+        * length
+        * math.sqrt(length)
+        / max(power_of(length, c.damping_exponent), 1e-300)
     )
     reduced = math.copysign(reduced, d) + c.damping[i] * w
     if pressing:
@@ -300,8 +303,8 @@ def cost(d: float, w: float, at_change: Pair, late: float, ending: bool, i: int,
         return lightest(i, c) * late * law(speed * late, 0.0, i, c)
     if d > 0.0:
         return lightest(i, c) * late * abs(law(d, w, i, c))
-    held = lightest(i, c) * c.damping[i] * power_of(far, c.exponent) * speed
-    return held * (late if c.exponent == 0 else min(late, far / max(speed, 1e-300)))
+    held = lightest(i, c) * c.damping[i] * power_of(far, c.damping_exponent) * speed
+    return held * (late if c.damping_exponent == 0 else min(late, far / max(speed, 1e-300)))
 
 
 @compiled
@@ -416,7 +419,7 @@ def _maximum(start: Motion, end: Motion, i: int, above: float, h: float, c: Chai
         return 0.0, 0.0
     force, s = highest(
         end_of_septic(start, i, c), end_of_septic(end, i, c), h, c.stiffness[i], c.damping[i],
-        c.exponent, 1.0 if c.attraction else 0.0,
+        c.damping_exponent, 1.0 if c.attraction else 0.0,
     )  # fmt: skip
     return (force, s) if reach >= force > above else (0.0, 0.0)
 

@@ -334,8 +334,8 @@ def rate_of_dampers(u: Array, on: Array, hi: int, c: Chain) -> float:
     fastest, before = 0.0, 0.0
     for i in range(hi):
         damping = on[i] * c.damping[i]
-        if c.exponent > 0:
-            damping *= power_of(max(u[i] - u[i + 1] - c.gap[i], 0.0), c.exponent)
+        if c.damping_exponent > 0:
+            damping *= power_of(max(u[i] - u[i + 1] - c.gap[i], 0.0), c.damping_exponent)
         fastest = max(fastest, (before + damping) * c.inverse_mass[i])
         before = damping
     return 2.0 * fastest
@@ -441,7 +441,7 @@ def take_step(
         if s == stages:
             break
         f[place] = applied_force(leg, begin + past)
-        forces(u1, v1, on, f, power, c.stiffness, c.damping, c.gap, c.exponent, hi)
+        forces(u1, v1, on, f, power, c.stiffness, c.damping, c.gap, c.damping_exponent, hi)
         if f[hi] > TINY and hi < granules:
             grown = min(hi + WINDOW, granules)
             for j in range(stages):
@@ -488,9 +488,9 @@ def evaluate(at: Motion, on: Array, leg: Array, time: float, hi: int, c: Chain) 
     """Forces, their rates, and accelerations of a state."""
     place = place_of_push(at.f, c)
     at.f[place], at.r[place] = applied_force(leg, time), applied_force_rate(leg, time)
-    forces(at.u, at.v, on, at.f, at.power, c.stiffness, c.damping, c.gap, c.exponent, hi)
+    forces(at.u, at.v, on, at.f, at.power, c.stiffness, c.damping, c.gap, c.damping_exponent, hi)
     accelerations(at.f, at.a, c.inverse_mass, c.constant, hi, c.pushed)
-    force_rates(at.u, at.v, at.a, on, at.r, c.stiffness, c.damping, c.gap, c.exponent, hi)
+    force_rates(at.u, at.v, at.a, on, at.r, c.stiffness, c.damping, c.gap, c.damping_exponent, hi)
 
 
 _MOST_RELOCATIONS = 8
@@ -532,7 +532,7 @@ def advance(
     longest, stable = steps.longest, steps.stable
     record, leg_end = seen.record, until
     u0, v0, u1, v1 = start.u, start.v, end.u, end.v
-    root = 4 if c.exponent == 1 else 2
+    root = 4 if c.damping_exponent == 1 else 2
     evaluate(start, on, leg, run.time, run.hi, c)
     keep_ends(seen, start.f, run.time, run.hi)
     # Runs with other tolerances have the same steps, so their differences do not show these errors.
@@ -707,8 +707,8 @@ def march(
     size = granules if parted else 0
     part_u, part_v, part_on = np.zeros(size + 1), np.zeros(size + 1), np.zeros(size)
     part_of_c = Chain(
-        np.zeros(size), np.zeros(size), np.zeros(size), np.zeros(size), np.zeros(size), c.exponent,
-        c.attraction, 0, c.fixed,
+        np.zeros(size), np.zeros(size), np.zeros(size), np.zeros(size), np.zeros(size),
+        c.damping_exponent, c.attraction, 0, c.fixed,
     )  # fmt: skip
     part_force, part_time = np.zeros(size), np.zeros(size)
     inside, chosen = np.zeros(granules, np.bool_), np.zeros(size, np.int64)
@@ -770,7 +770,7 @@ def march(
                 group = Chain(
                     part_of_c.stiffness[:many], part_of_c.inverse_mass[:many],
                     part_of_c.gap[:many], part_of_c.constant[:many], part_of_c.damping[:many],
-                    c.exponent, c.attraction, 0, c.fixed,
+                    c.damping_exponent, c.attraction, 0, c.fixed,
                 )  # fmt: skip
                 motion = Motion(
                     part_u[: many + 1], part_v[: many + 1], begun.a, begun.f, begun.r, begun.power

@@ -51,7 +51,7 @@ class Chain(NamedTuple):
         Acceleration by gravity and precompression, shape (granules,).
     damping
         c of each contact, shape (contacts,).
-    exponent
+    damping_exponent
         q of all contacts: 0 (dashpot), 0.25 (restitution), 0.5 (viscoelastic).
     attraction
         Whether the force of a damped contact may be negative while it overlaps.
@@ -66,7 +66,7 @@ class Chain(NamedTuple):
     gap: FloatArray
     constant: FloatArray
     damping: FloatArray
-    exponent: float = 0.5
+    damping_exponent: float = 0.5
     attraction: bool = False
     pushed: int = 0
     fixed: Any = _NONE
@@ -139,7 +139,7 @@ class Chain(NamedTuple):
         """Return F_i of overlaps, (..., contacts); where damped, of their rates too."""
         force = self.stiffness * hertz(overlap)
         if rate is not None:
-            damper = self.damping * np.maximum(overlap, 0) ** self.exponent * rate
+            damper = self.damping * np.maximum(overlap, 0) ** self.damping_exponent * rate
             force = force + np.where(overlap > 0, damper, 0)
             if not self.attraction:
                 force = np.maximum(force, 0)

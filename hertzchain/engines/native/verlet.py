@@ -70,7 +70,9 @@ class Walk(NamedTuple):
         if (
             power is None
             or drag is None
-            or not (drag.any() or np.any(power != 1.5) or chain.exponent not in (0.0, 0.25, 0.5))
+            or not (
+                drag.any() or np.any(power != 1.5) or chain.damping_exponent not in (0.0, 0.25, 0.5)
+            )
         ):
             power = drag = None
         else:
@@ -97,12 +99,12 @@ def _evaluate(walk: Any, power: Any, drag: Any, least: float) -> None:
         if power is not None and power[i] != 1.5:
             elastic = c.stiffness[i] * d ** power[i] if d > 0.0 else 0.0
         factor = pressed
-        if c.exponent == 0.5:
+        if c.damping_exponent == 0.5:
             factor = root
-        elif c.exponent == 0.25:
+        elif c.damping_exponent == 0.25:
             factor = np.sqrt(root)
-        elif power is not None and c.exponent != 0.0:
-            factor = d**c.exponent if d > 0.0 else 0.0
+        elif power is not None and c.damping_exponent != 0.0:
+            factor = d**c.damping_exponent if d > 0.0 else 0.0
         force = elastic + c.damping[i] * factor * (v[i] - v[i + ONE])
         f[i + ONE] = force if force > least else least
     for i in range(np.uint64(0), np.uint64(granules)):

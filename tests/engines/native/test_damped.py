@@ -108,7 +108,7 @@ def uniform(granules: int, exponent: float, damping: float, attraction: bool = F
         gap=np.zeros(granules - 1),
         constant=np.zeros(granules),
         damping=np.full(granules - 1, damping),
-        exponent=exponent,
+        damping_exponent=exponent,
         attraction=attraction,
     )
 
