@@ -192,6 +192,9 @@ SINGLE: list[tuple[Change, str, str]] = [
     (in_motion(5, 1, 0.0, 1.2e-4), IN_MOTION, "granule 6 in motion, and none at rest"),
     (in_motion(5, 0, 50.0, 54.0), "", ""),
     (in_motion(5, 1, 50.0, 56.0), IN_MOTION, "granule 6 in motion, and 50 N at rest"),
+    # A fix that drags is named as that, unless the drag is round-off.
+    (both(in_motion(5, 1, 0.0, 1.0), plus("drag", 3, 0.9 * WEAK / UNITS.velocity)), IN_MOTION, ""),
+    (both(in_motion(5, 1, 0.0, 1.0), plus("drag", 3, 1.1 * WEAK / UNITS.velocity)), "drag", ""),
     (at_rest, "applied force on granule 1", "is 0 N, the scene has 100 N"),
     (another_force, "force of", "a cutoff, a limit or another force acts"),
     # It has no size next to which it could be small, whatever the damping of another contact.

@@ -204,6 +204,9 @@ def test_what_is_printed_and_drawn_of_a_pulse() -> None:
         "± is one standard deviation, of noise, baseline and the lines between rows.",
     ]
     assert shown.to_dict()["duration_s"] == 6e-5
+    assert shown.to_dict()["rise_time_s"] == shown.rise_time == pytest.approx(4e-5)
+    falling = replace(shown, table=PulseTable((0.0, 6e-5), (100.0, 0.0)))
+    assert falling.to_dict()["rise_time_s"] is None
     late = replace(shown, signal=replace(signal, start=1e-5))
     above, below = plot_pulse(late).axes
     np.testing.assert_array_equal(above.lines[0].get_ydata(), pulse.recording.force)

@@ -201,6 +201,16 @@ def test_first_pulses_are_drawn_where_they_were_asked_for() -> None:
     (axes,) = figure_of(of_result(all_peaks)).axes
     np.testing.assert_array_equal(axes.lines[0].get_ydata(), all_peaks.peak_force)
     assert axes.get_ylabel() == "peak force [N]"
+    assert axes.get_legend() is None
+
+
+def test_peaks_are_named_beside_a_static_force() -> None:
+    plain = paper_scene("cosine", 1.0, 2.0, granules=9)
+    result = hc.Native(rtol=1e-4).run(replace(plain, precompression=hc.Precompression(20.0)))
+    (axes,) = figure_of(of_result(result)).axes
+    labels = [line.get_label() for line in axes.lines[:2]]
+    assert labels == ["peak force", "static force"]
+    np.testing.assert_array_equal(axes.lines[1].get_ydata(), result.static_force)
 
 
 # Several results: lines are their numbers, bands their errors

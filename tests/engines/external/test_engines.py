@@ -9,6 +9,7 @@ import sys
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -136,6 +137,28 @@ def test_a_deck_of_yade_finds_its_peaks(tmp_path: Path) -> None:
     same = hc.Native("velocity-verlet", dt).run(DECK_SCENE)
     # What parabolas through readings 0.01 natural time units apart lose.
     assert peaks == pytest.approx(same.peak_force, rel=6e-8, abs=0)
+
+
+@pytest.mark.parametrize("name", ["striker, rigid wall", "precompression", "column", "all at once"])
+def test_a_reading_of_yade_changes_no_force(name: str) -> None:
+    """Velocities are set back with the force that was read; loads and walls are no contacts."""
+    scene, last = TERMS[name], TERMS[name].chain.granules - 1
+    contact = np.arange(1.0, len(scene.contacts) + 1)
+    force = scene.granules.constant_force.copy()
+    force[:-1] -= contact[:last]
+    force[1:] += contact[:last]
+    force[last] -= contact[last:].sum()  # the wall's
+    on_wall = SimpleNamespace(phys=SimpleNamespace(normalForce=contact[-1:]))
+    names: dict[str, Any] = {
+        "np": np, "legs": [(1, 1.0)], "leg": 0, "done": 0, "mass": scene.granules.mass,
+        "granules": last + 1, "wall_contact": on_wall,
+    }  # fmt: skip
+    text = answer.program_deck("yade", scene, None, 1e-3, "trial")
+    exec(text[text.index("peaks = np.zeros") : text.index("O.run(")], names)  # noqa: S102
+    read = force.copy()
+    names["see"](None, None, read)
+    assert read.tolist() == force.tolist()
+    assert names["peaks"] == pytest.approx(contact, rel=1e-13)
 
 
 @pytest.mark.liggghts
