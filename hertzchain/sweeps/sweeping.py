@@ -406,6 +406,7 @@ def settings(backend: Backend) -> dict[str, Any]:
 
 def _backends(given: str | Iterable[str | Backend], rtol: float) -> tuple[Backend, ...]:
     is_list = isinstance(given, Iterable) and not isinstance(given, str)
+    is_list = is_list and getattr(given, "shape", None) != ()  # an array without axes is no list
     each: list[Any] = list(given) if is_list else [given]
     for k, backend in enumerate(each):
         if isinstance(backend, str):
