@@ -56,13 +56,13 @@ def in_text(value: float) -> str:
 
 def _unused(deck: FoundDeck, kind: str, name: str) -> str:
     """Return a name that no command of a kind uses: this one, or with a number added."""
-    taken, new, number = {"all", *(words[1] for words in _made(deck, kind))}, name, 2
+    taken, new, number = {"all", *(words[1] for words in _words_of(deck, kind))}, name, 2
     while new in taken:
         new, number = f"{name}_{number}", number + 1
     return new
 
 
-def _made(deck: FoundDeck, kind: str) -> list[list[str]]:
+def _words_of(deck: FoundDeck, kind: str) -> list[list[str]]:
     """The words of the commands of a kind that were carried out."""
     lines = (command.text.split() for command in deck.commands if command.carried_out)
     return [words for words in lines if words[:1] == [kind] and len(words) > 1]
@@ -70,7 +70,7 @@ def _made(deck: FoundDeck, kind: str) -> list[list[str]]:
 
 def _on_granule(deck: FoundDeck, granule: int, command: str) -> list[str]:
     """Return a command with the group of a granule as ``{group}``; a new group comes first."""
-    groups = [words[1:] for words in _made(deck, "group")]
+    groups = [words[1:] for words in _words_of(deck, "group")]
     names, alone = [name for name, *_ in groups], ["id", str(int(deck.ids[granule]))]
     for name, *rest in groups:
         if rest == alone and names.count(name) == 1:
@@ -270,8 +270,8 @@ def shock_commands(case: Case) -> list[str] | None:
 def _variable(case: Case) -> str:
     """Return the name of the variable of a deck's shock, or else an unused name."""
     deck, along = case.deck, 4 + case.along
-    names = [words[1] for words in _made(deck, "variable")]
-    for words in reversed(_made(deck, "fix")):
+    names = [words[1] for words in _words_of(deck, "variable")]
+    for words in reversed(_words_of(deck, "fix")):
         name = "".join(words[along : along + 1]).removeprefix("v_")
         if words[3:4] == ["addforce"] and name in names:
             return name

@@ -96,7 +96,7 @@ class _Telling:
     def load_overload(self, sig: NumbaObject, target_context: NumbaObject) -> Any:
         for run in _RUNS.get():
             run.prepared.start()
-        kernel = self._found(sig, target_context)
+        kernel = self._loaded(sig, target_context)
         for run in _RUNS.get():
             if kernel is None:
                 run.compiled.start()
@@ -113,13 +113,13 @@ class _Telling:
         for run in _RUNS.get():
             run.prepared.stop()
 
-    def _found(self, *_: NumbaObject) -> Any: ...
+    def _loaded(self, *_: NumbaObject) -> Any: ...
 
 
 class Kept(_Telling, FunctionCache):
     """Compiled code in a folder; if anything there fails, the code is compiled again."""
 
-    def _found(self, sig: NumbaObject, target_context: NumbaObject) -> Any:
+    def _loaded(self, sig: NumbaObject, target_context: NumbaObject) -> Any:
         with suppress(Exception):  # what was damaged can raise anything
             rtsys.initialize(target_context)  # Numba loads more: a quarter of a short command
             with self._guard_against_spurious_io_errors():  # Windows: another process writes

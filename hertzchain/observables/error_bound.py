@@ -348,7 +348,7 @@ SAFETIES = {
     )
 }
 """Safety factors by kind of run. At half of a factor random scenes have errors above the bound, as
-the ratios that were measured show; at twice of it bounds are twice as large as needed."""
+the ratios that were measured show; with twice a factor bounds are twice as large as needed."""
 
 
 def second_order_safety(scene: Scene, natural_step: float, rising: bool) -> Safety:

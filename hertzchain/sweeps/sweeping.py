@@ -101,13 +101,13 @@ def claimed(path: Path, manifest: Section) -> Iterator[None]:
 
 def _is_begun(path: Path, manifest: Section) -> bool:
     """Return whether the folder has this sweep already; refuse a folder with anything else."""
-    if (there := _read(path)) is None:
+    if (present := _read(path)) is None:
         if strangers := [other.name for other in path.iterdir() if other.name[0] != "."]:
             raise OutputError(f"{path}: is not a sweep, {strangers[0]} is in it; name a new folder")
         return False
     # Compared after JSON, where tuples become lists.
-    here = json.loads(json.dumps(manifest))
-    if differ := [name for name in {**here, **there} if here.get(name) != there.get(name)]:
+    wanted = json.loads(json.dumps(manifest))
+    if differ := [key for key in {**wanted, **present} if wanted.get(key) != present.get(key)]:
         said = f"belongs to another sweep, with another value of {', '.join(differ)}"
         raise OutputError(f"{path}: {said} in its {MANIFEST}; name another folder")
     return True
@@ -406,6 +406,7 @@ def settings(backend: Backend) -> dict[str, Any]:
 
 def _backends(given: str | Iterable[str | Backend], rtol: float) -> tuple[Backend, ...]:
     is_list = isinstance(given, Iterable) and not isinstance(given, str)
+    is_list = is_list and getattr(given, "shape", None) != ()  # an array without axes is no list
     each: list[Any] = list(given) if is_list else [given]
     for k, backend in enumerate(each):
         if isinstance(backend, str):

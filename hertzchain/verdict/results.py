@@ -418,6 +418,8 @@ def _of_table(scene: Scene, table: pandas.DataFrame, file: str) -> Sampled:
     numbers = []
     for name in COLUMNS:
         words = table[table.columns[names.index(name)]]
+        if words.dtype.kind not in "biuf":  # complex numbers, and integers beyond any float
+            words = words.astype(str)
         values = pandas.to_numeric(words, errors="coerce").to_numpy(np.float64)
         cells = [str(word)[:most_chars] for word in words]
         check(np.isfinite(values), name, cells, "must be a finite number")

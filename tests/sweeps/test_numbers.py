@@ -294,6 +294,7 @@ def test_accuracy_that_is_missed_is_counted(monkeypatch: pytest.MonkeyPatch) -> 
     ("backends", "words"),
     [
         ((), "must be at least one backend"),
+        (np.array("native"), "must be Native, Lammps or the name of a backend"),
         ("gromacs", "backends = 'gromacs': must be one of native, lammps"),
         (None, "must be Native, Lammps or the name"),
         (("native", hc.Native(rtol=1e-4)), "at least one backend, and none twice"),

@@ -99,8 +99,10 @@ def test_an_impossible_tolerance_is_refused(demo: hc.Scene, tolerance: float) ->
         ({61: 3.0}, "contact in row 1 = 61: .* granules 1 and 2$"),
         ({2.5: 3.0}, "contact in row 1 = 2.5"),
         ({"two": 3.0}, "contact in row 1 = 'two': must be a finite number"),
+        ({2: 100 + 1j}, r"peak_force_N in row 1 = '\(100\+1j\)': must be a finite number"),
+        ({2: 10**400}, "peak_force_N in row 1 = '1000.*': must be a finite number"),
     ],
-    ids=str,
+    ids=lambda given: str(given)[:40],
 )
 def test_impossible_peaks_are_refused(demo: hc.Scene, given: object, words: str) -> None:
     with pytest.raises(SceneError, match=words):

@@ -256,14 +256,15 @@ class Prepared:
         """
         scene, deadline, single = self.scene, self.deadline, is_single_pulse(self.scene)
         # A granule and force evaluation take 0.5 ns on a fast machine; 1.1 to 2 ns were measured.
-        least = 0.5e-9 * stages * float(np.sum(rows[:, 2]))  # one granule moves
+        alone = least = 0.5e-9 * stages * float(np.sum(rows[:, 2]))  # one granule moves
         if single and not leave_behind:
             # The front has at least half the speed of a wave as strong as the shock (measured).
             reached = 0.4 * math.pow(force_scale(scene.momentum_ratio), 1 / 6) * rows[-1, 1]
             least *= max(1.0, min(scene.bodies, reached) / 2)
         if least > deadline.limit:
             advice = "; peaks alone take less: Native(peaks_only=True), or hertzchain run"
-            deadline.refuse(least, advice if single and not leave_behind else "")
+            is_enough = single and not leave_behind and recorder is None and alone < deadline.limit
+            deadline.refuse(least, advice if is_enough else "")
         if deadline.left <= 0:
             raise deadline.passed()
         arrays = 8 + (0 if recorder is None else 3 * recorder.time.size)

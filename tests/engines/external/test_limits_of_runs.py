@@ -34,9 +34,14 @@ def test_a_refusal_names_what_is_cheaper_where_that_fits() -> None:
     long = paper_scene("cosine", 1.0, 2.0, granules=100_000)
     with pytest.raises(TooExpensive, match=r"takes at least .*peaks_only=True"):
         hc.Native(time_limit=20).run(long)
-    with pytest.raises(TooExpensive, match="takes at least") as refusal:
-        hc.Native(time_limit=1e-4, peaks_only=True).run(long)
-    assert "peaks_only" not in str(refusal.value)
+    for native, record in (
+        (hc.Native(time_limit=1e-4, peaks_only=True), None),
+        (hc.Native(time_limit=1e-9), None),  # too short for the peaks, too
+        (hc.Native(time_limit=20), 3),
+    ):
+        with pytest.raises(TooExpensive, match="takes at least") as refusal:
+            native.run(long, record)
+        assert "peaks_only" not in str(refusal.value)
 
 
 def growth(name: str, z: float) -> float:

@@ -154,14 +154,14 @@ class Interpreter:
             line = file.lines[file.next]
             file.next += 1
             written = shown(without_comment(line.text))
-            self._one(line.text, Executed(written, file.name, line.number, written))
+            self._carry_out(line.text, Executed(written, file.name, line.number, written))
         self._files.pop()
 
     def _opened(self, name: str) -> _Open:
         path = self._source.path if not self._files else self._rules.path(name)
         return _Open(name, edited(in_ascii(read_text(path, name)), name, self._source.edits))
 
-    def _one(self, text: str, where: Executed) -> None:
+    def _carry_out(self, text: str, where: Executed) -> None:
         """Carry out one command, which may stand in quotes within another one."""
         text = without_comment(text)
         if not text:
@@ -241,7 +241,7 @@ class Interpreter:
             if words[start] == "elif" and not (body and self._lammps.holds(body.pop(0))):
                 continue
             for text in body:
-                self._one(text, where)
+                self._carry_out(text, where)
             return
 
     def _quit(self, *_: object) -> None:
@@ -277,7 +277,7 @@ class Interpreter:
             done += max(part, 1)
             for text in texts:
                 if text != "NULL":
-                    self._one(text, where)
+                    self._carry_out(text, where)
 
     def _take(self, steps: int, keywords: dict[str, str], index: int) -> None:
         """Take steps; LAMMPS always prepares its first run, also with ``pre no``."""
@@ -492,7 +492,7 @@ class Reader(ExitStack):
         self._until = Deadline(limit)
         source = replace(self._source, edits=dict(edits or {}))
         try:
-            return self._found(source, begin)
+            return self._examined(source, begin)
         except TooExpensive:
             whole = in_words(self._deadline.limit)
             raise TooExpensive(
@@ -500,7 +500,7 @@ class Reader(ExitStack):
                 " at all, or raise the limit"
             ) from None
 
-    def _found(self, source: Source, begin: float) -> FoundDeck:
+    def _examined(self, source: Source, begin: float) -> FoundDeck:
         self._say("asking LAMMPS what it makes of the deck")
         probes, seen = self._call(probed, source, self._sizes, begin)
         if not probes.granules.is_chain:
