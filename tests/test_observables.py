@@ -83,7 +83,7 @@ WITH_WAVE = [("plain", "pulse"), ("plain", "table"), ("near wall", "pressed")]
 """Scenes whose wave has a speed."""
 
 SHARPEST = {"native to 1e-3": 1e-4, "velocity-verlet": 0.1, "LAMMPS": 0.1}
-"""Errors over bounds that some contact exceeds; 1e-3, 0.66 and 0.32 are the least seen."""
+"""Errors over bounds that some contact exceeds; 2e-4, 0.25 and 0.25 are the least seen."""
 
 
 def cases(quick: Sequence[tuple[str, str, str]], without: tuple[str, ...] = ()) -> list[object]:
@@ -150,6 +150,8 @@ def test_pulses_gauges_and_waves(kind: str, name: str, engine: str) -> None:
         pulses = result.first_pulses.force[: len(result.contact)]
         assert len(first) >= 2 * np.count_nonzero(np.isfinite(pulses))
         assert wave or (kind, name) not in WITH_WAVE
-        assert max(share for _, share in first) > SHARPEST.get(engine, -1.0)
+        for what in ("first pulse", "arrival", "width"):
+            largest = max(share for name, share in first if name.startswith(what))
+            assert largest > SHARPEST.get(engine, -1.0), what
     if (kind, name, engine) not in PULSES or (kind, name) in TRAINS:
         judged(judge.of_trains(result))
