@@ -75,7 +75,7 @@ PULSES = [
 ]
 """Scenes and engines whose pulses are judged quickly."""
 
-TRAINS = [("plain", "table"), ("near wall", "both ends"), ("fixed", "striker")]
+TRAINS = [("plain", "table"), ("terms", "gaps"), ("near wall", "both ends"), ("fixed", "striker")]
 """Scenes all of whose pulses, incident and reflected, are judged quickly, by native to 1e-6."""
 
 
