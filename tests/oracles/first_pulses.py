@@ -88,8 +88,8 @@ class Trace:
         return np.asarray(force)
 
     def at(self, contact: int, time: float) -> float:
-        """Force of one contact at a time."""
-        for begin, end, solution in self.parts:
+        """Force of one contact at a time; where it jumps, that from then on, as in ``at_all``."""
+        for begin, end, solution in reversed(self.parts):
             if begin <= time <= end:
                 return float(self.force(solution(time))[contact])
         raise ValueError(time)
