@@ -324,6 +324,9 @@ class _Signal:
         places = contacts_of(scene, gauge)
         self._weight = 1.0 if gauge.granule is None else 0.5
         self._time = motion.time
+        starts = np.array([stroke.start for stroke in scene.shock.strokes])
+        around = np.searchsorted(motion.time, starts)
+        self._jumps = np.isin(np.arange(motion.time.size), np.append(around, around + 1))
         unknown = np.full((1, self._time.size, len(places)), np.nan)
         self._signals = motion.law.signals()[places]
         self._motion = np.concatenate([motion.overlap[:, :, places], unknown])
@@ -348,6 +351,11 @@ class _Signal:
         )
         values = np.empty(times.size)
         values[order] = np.sum(forces - self._static, axis=1) * self._weight
+        # A piston's velocity jumps between two frames: no polynomial has the force there.
+        ends = np.sum(self._force - self._static, axis=1) * self._weight
+        k = np.searchsorted(self._time, times.ravel(), "right").clip(1, self._time.size - 1)
+        most = np.maximum(ends[k - 1], ends[k])
+        values = np.where(self._jumps[k], np.minimum(values, most), values)
         return np.maximum(values, 0.0).reshape(times.shape)
 
     def pulses(self) -> FloatArray:
