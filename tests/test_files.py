@@ -45,6 +45,20 @@ def test_a_write_that_fails_midway_leaves_the_old_file(
     assert names(tmp_path) == ["a.txt"]
 
 
+def test_another_may_write_to_the_same_place_meanwhile(tmp_path: Path) -> None:
+    path = tmp_path / "a.txt"
+
+    def write(part: Path) -> None:
+        part.write_text("half of a")
+        write_text(path, "b")
+        assert (part.read_text(), path.read_text()) == ("half of a", "b")
+        part.write_text("a")
+
+    write_with(path, write)
+    assert path.read_text() == "a"
+    assert names(tmp_path) == ["a.txt"]
+
+
 @pytest.mark.parametrize(
     ("name", "words"),
     [

@@ -44,6 +44,8 @@ def text_of(name: str) -> str:
 def read(text: str) -> dict[str, str]:
     """Keys and values of the file, as LAMMPS's drivers read them: all of them text."""
     entries = yaml.load(text, yaml.BaseLoader)  # noqa: S506 - nothing but scalars can come of it
+    keys = re.findall(r"^(\w+):", text, re.MULTILINE)
+    assert keys == [*entries]  # of a key twice PyYAML takes the last
     assert all(isinstance(value, str) for value in entries.values())
     return dict(entries)
 

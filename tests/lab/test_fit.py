@@ -101,19 +101,30 @@ def test_intervals_hold_the_truth() -> None:
 
 @pytest.mark.slow
 def test_intervals_hold_the_truth_in_95_of_100() -> None:
-    """26 experiments: 95 %, less three binomial deviations; none stands unnoticed elsewhere.
+    """24 experiments: 95 %, less three binomial deviations; none stands unnoticed elsewhere.
 
     The values of one experiment are correlated, so the number of independent ones is about 24. One
-    or two fits may say that they stand in another minimum. Chains with gaps: without smoothing 16
-    was 14 deviations off, 111 as far with two searches; 322 was off by four deviations of the best
-    of two minima that noise may have interchanged.
+    or two fits may say that they stand in another minimum.
     """
-    each = [experiments.experiment("right", seed) for seed in (*range(24), 111, 322)]
+    each = [experiments.experiment("right", seed) for seed in range(24)]
     fitted = [experiment for experiment in each if experiment.get("is_noise")]
-    assert len(fitted) >= 24
+    assert len(fitted) >= 22
     held, values = (sum(experiment[name] for experiment in fitted) for name in ("held", "values"))
     assert held / values > 0.95 - 3 * np.sqrt(0.95 * 0.05 / 24)
     assert max(experiment["farthest"] for experiment in fitted) < experiments.FAR
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [16, 111, 322])
+def test_pulses_that_could_meet_others(seed: int) -> None:
+    """Chains with gaps: without smoothing 16 was 14 deviations off, with 26 times the noise.
+
+    111 was as far off with two searches; 322 was off by four deviations of the best of two minima
+    that noise may have interchanged. Four values are so once in some thousand experiments.
+    """
+    row = experiments.experiment("right", seed)
+    assert row["is_noise"]
+    assert row["farthest"] < 4
 
 
 @pytest.mark.slow

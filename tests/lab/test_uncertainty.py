@@ -114,6 +114,20 @@ def test_what_is_drawn() -> None:
     assert np.corrcoef(radius[:, 2], radius[:, 3])[0, 1] == pytest.approx(0, abs=0.3)
 
 
+def test_scatter_makes_what_plain_random_chains_make() -> None:
+    """Radii that scatter by 1 %, against NumPy's draws."""
+    scatter = Uncertain("chain.radius", 0.01, relative=True, each=True)
+    scene = hc.Scene(hc.Chain(6, **STEEL), hc.Striker(0.44), wall=hc.Wall("same"))
+    spread = hc.spread(replace(scene, uncertain=(scatter,)), 256)
+    force = spread.values_of("first_peak_force_N", "the wall")
+    radii = STEEL["radius"] * (1 + 0.01 * np.random.default_rng(5).standard_normal((256, 6)))
+    scenes = [replace(scene, chain=replace(scene.chain, radius=radius)) for radius in radii]
+    plain = hc.peak_forces(scenes, 1e-4, wanted="first").first_columns["first_peak_force_N"][:, -1]
+    # Both means and both deviations are off by parts of the deviation: three standard errors.
+    assert force.mean() == pytest.approx(plain.mean(), abs=3 * plain.std() * np.sqrt(2 / 256))
+    assert force.std() / plain.std() == pytest.approx(1, abs=3 * np.sqrt(1 / 256))
+
+
 def test_velocities_scatter_but_those_of_fixed_granules() -> None:
     velocity, fixed = [1.0, 0.0, 0.0, 0.0], [False, False, True, False]
     scatter = Uncertain("chain.velocity", 0.1, each=True)

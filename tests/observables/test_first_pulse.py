@@ -131,6 +131,13 @@ def test_a_front_that_rises_slowly(apart: float) -> None:
             assert pulse.force[0] == pytest.approx(2.25**1.5)
 
 
+@pytest.mark.parametrize(("duration", "kind"), [(1.0, "front"), (3e-4, "pulse")])
+def test_a_force_that_outlasts_the_run_sends_a_front(duration: float, kind: str) -> None:
+    shock = hc.Trapezoid(50.0, duration, 2e-5, 2e-5)
+    scene = hc.Scene(hc.Chain(8, **STEEL), shock, hc.Run(6e-4), wall=hc.Wall("rigid"))
+    assert hc.Native(rtol=1e-6, wanted="first").run(scene).first_columns["kind"][0] == kind
+
+
 SCENES = {
     "walled": hc.Scene(hc.Chain(8, **STEEL), hc.Striker(1.0), wall=hc.Wall("rigid")),
     "pressed": hc.Scene(

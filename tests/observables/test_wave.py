@@ -15,6 +15,7 @@ from hertzchain.observables.wave import (
     UNSETTLED,
     WAVE_SPEED,
     SolitaryWave,
+    places,
     solitary_wave,
     transition_granules,
 )
@@ -66,6 +67,22 @@ def test_what_has_no_wave_is_refused() -> None:
             walled.wave(*pair)
     with pytest.raises(SceneError, match="needs first pulses"):
         hc.Native(wanted="all").run(LONG).wave(20, 30)
+
+
+def test_places_of_contacts_by_hand() -> None:
+    """In the middle of a gap, and of an overlap: those of unlike spheres differ under one load."""
+    r, shock = STEEL["radius"], hc.Striker(0.1, radius=2e-3)
+    apart = hc.Scene(hc.Chain(3, **STEEL, gap=(0.0, 2e-6, 4e-6)), shock, wall=hc.Wall("rigid"))
+    expected = [2e-3 + 1e-6, 2e-3 + 2 * r + 4e-6, 2e-3 + 4 * r + 6e-6]
+    assert places(apart) == pytest.approx(expected, rel=1e-14)
+    modulus = [193e9, 1e9, 193e9, 193e9]
+    chain = hc.Chain(4, **{**STEEL, "young_modulus": modulus})
+    load = hc.Precompression(20.0)
+    pressed = hc.Scene(chain, hc.Pulse("cosine", 1.0, 2.0, rise_time=1e-5), precompression=load)
+    first, two, last = pressed.granules.static_overlap
+    assert first == two > 3 * last
+    expected = [r - first / 2, 3 * r - 1.5 * first, 5 * r - 2 * first - last / 2]
+    assert places(pressed) == pytest.approx(expected, rel=1e-14)
 
 
 def test_contacts_near_the_end_are_marked() -> None:

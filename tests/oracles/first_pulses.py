@@ -88,8 +88,8 @@ class Trace:
         return np.asarray(force)
 
     def at(self, contact: int, time: float) -> float:
-        """Force of one contact at a time."""
-        for begin, end, solution in self.parts:
+        """Force of one contact at a time; where it jumps, that from then on, as in ``at_all``."""
+        for begin, end, solution in reversed(self.parts):
             if begin <= time <= end:
                 return float(self.force(solution(time))[contact])
         raise ValueError(time)
@@ -181,19 +181,9 @@ def seen(times: Floats, f: Floats, read: Callable[[float], float]) -> Seen:
         over = best + int(np.argmax(f[best:] <= force / 2))
     arrival = float(times[0])  # where spheres that touch begin with a closing speed
     if reached:
-        arrival = crossing(excess, times[reached - 1], times[reached])
-    end = None if over is None else crossing(excess, times[over - 1], times[over])
+        arrival = brentq(excess, times[reached - 1], times[reached], xtol=1e-18)
+    end = None if over is None else brentq(excess, times[over - 1], times[over], xtol=1e-18)
     return Seen(force, float(low + maximum.x * (high - low)), arrival, end)
-
-
-def crossing(excess: Callable[[float], float], low: float, high: float) -> float:
-    """Return where a function crosses zero; at a corner of a piston it may jump.
-
-    A corner is a sample, here ``high``, at which the function still has its value before the jump.
-    """
-    if excess(low) * excess(high) > 0:
-        return float(high)
-    return float(brentq(excess, low, high, xtol=1e-18))
 
 
 def all_pulses(times: Floats, f: Floats, read: Callable[[float], float]) -> list[Seen]:
@@ -216,8 +206,8 @@ def all_pulses(times: Floats, f: Floats, read: Callable[[float], float]) -> list
         before, after = np.flatnonzero(f[:k] < force / 2), np.flatnonzero(f[k:] < force / 2)
         arrival, end = float(times[0]), None
         if before.size:
-            arrival = crossing(excess, times[before[-1]], times[before[-1] + 1])
+            arrival = brentq(excess, times[before[-1]], times[before[-1] + 1], xtol=1e-18)
         if after.size:
-            end = crossing(excess, times[k + after[0] - 1], times[k + after[0]])
+            end = brentq(excess, times[k + after[0] - 1], times[k + after[0]], xtol=1e-18)
         pulses.append(Seen(force, float(low + top.x * (high - low)), arrival, end))
     return pulses

@@ -31,8 +31,8 @@ traced = lru_cache(maxsize=4)(Trace)
 
 
 def share(error: float, bound: float) -> float:
-    """Return an error over its bound; 0 for none, which a bound of 0 allows."""
-    return float(error / bound) if error > 0 else 0.0
+    """Return an error over its bound; 0 for none, which a bound of 0 allows; NaN for NaN."""
+    return 0.0 if error <= 0 else float(error / bound)
 
 
 def of_peaks(result: hc.Result) -> Shares:
@@ -112,6 +112,8 @@ def of_gauges(result: hc.Result) -> Shares:
         if not true.force > 0:  # fixed granules keep it from any motion
             yield f"silence of the {name}", np.inf if reading.force > 0 else 0.0
             continue
+        if true.end is None and np.isnan(reading.force):
+            continue  # the run ended before the pulse did
         off = abs(reading.force / true.force - 1) - TRACED
         yield f"force of the {name}", share(off, reading.force_error)
         off = abs(reading.arrival - true.arrival) - late

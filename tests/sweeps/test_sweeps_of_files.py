@@ -178,6 +178,26 @@ def test_a_striker_and_a_wall() -> None:
     assert (table["wall.young_modulus"].notna() == (table["wall.kind"] == "elastic")).all()
 
 
+def test_a_chain_with_other_values_has_no_segments(segmented: hc.Scene) -> None:
+    """The segments of the file would not describe it."""
+    assert replace(segmented, shock=hc.Striker(1.0)).chain.section is not None
+    other = replace(segmented, chain=replace(segmented.chain, density=1000.0))
+    assert other.chain.section is None
+    with pytest.raises(SceneError, match=r"segments\.1\.density: cannot vary"):
+        design(other, {"chain.segments.1.density": [1e3, 2e3]})
+
+
+def test_a_taper_whose_radii_leave_floating_point_is_the_reason_in_a_row(
+    segmented: hc.Scene,
+) -> None:
+    scene = replace(segmented, run=hc.Run(1e-5))
+    bad, good = hc.sweep(scene, {"chain.segments.2.radius_ratio": [1e-322, 0.9]}).to_frame()[
+        "failure"
+    ]
+    assert "chain.radius of granule 6 = 0.0: must be" in bad
+    assert pd.isna(good)
+
+
 @pytest.mark.lammps
 @pytest.mark.usefixtures("one_core")
 def test_two_codes_agree(segmented: hc.Scene) -> None:

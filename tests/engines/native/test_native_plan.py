@@ -128,6 +128,14 @@ def test_a_batch_does_not_depend_on_order_company_or_cores() -> None:
                 assert np.array_equal(column, other[some], equal_nan=True)
 
 
+def test_unlike_scenes_of_a_batch_in_another_order() -> None:
+    table = hc.Scene(hc.Chain(12, **STEEL), hc.PulseTable((0.0, 2e-5, 7e-5), (0.0, 60.0, 0.0)))
+    scenes = [table, *(paper_scene(name, 0.5, n, 12) for name, n in (("cosine", 2), ("cosine", 9)))]
+    first, two = peak_forces(scenes, 1e-4), peak_forces(scenes[::-1], 1e-4)
+    for name in ("peak_force", "peak_time", "error_estimate"):
+        np.testing.assert_array_equal(getattr(first, name), getattr(two, name)[::-1])
+
+
 def test_a_force_below_all_numbers_in_newtons_has_no_time() -> None:
     # The front presses contact 22 by 5e-320 of F0 as the run ends.
     chain = hc.Chain(25, radius=1.0, young_modulus=1e6, poisson_ratio=0.0, density=100.0)

@@ -186,3 +186,15 @@ def test_what_is_recorded_in_flight(law: hc.Contact | None) -> None:
     assert np.ptp(velocity) < 1e-8 * velocity[0]
     assert np.diff(place) == pytest.approx(velocity[0] * np.diff(time), rel=1e-8)
     assert not history.contact_force.any()
+
+
+@pytest.mark.parametrize("law", [None, hc.Contact("restitution", restitution=0.8)])
+def test_a_slow_sine_that_throws_a_chain_and_catches_it_has_not_diverged(
+    law: hc.Contact | None,
+) -> None:
+    """The chain flies at 26 m/s, though the impulse is 0."""
+    shock, pressed = hc.Sine(100.0, 100.0, 1), hc.Precompression(100.0)
+    scene = hc.Scene(hc.Chain(3, **STEEL), shock, precompression=pressed, contact=law)
+    result, exact = (hc.Native(rtol=rtol, wanted="all").run(scene) for rtol in (1e-3, 1e-6))
+    error = largest_difference(result.peak_force, exact.peak_force)
+    assert error <= result.error_estimate + exact.error_estimate
