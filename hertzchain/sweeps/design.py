@@ -198,6 +198,9 @@ def _value(name: str, given: Any, unit: str = "") -> Value:
         require(float(value).is_integer(), name, given, "must be a whole number")
         value = int(value)
     key.check(name, value)
+    if name.endswith("granules"):  # a part of a sweep may hold the peaks several times
+        allowed = "must be at most 1,000,000 in a sweep: run a longer chain by itself"
+        require(int(value) <= 1_000_000, name, given, allowed)
     return value
 
 

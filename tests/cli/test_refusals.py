@@ -81,6 +81,7 @@ compare scene.toml --rtol 1e-30 => rtol = 1e-30: must be a number from 1e-10 to 
 sweep scene.toml -o out --table scene.toml => scene.toml: must be a table of scenes; .csv or .parquet
 sweep scene.toml -o out --table no.csv => no.csv; No such file
 sweep scene.toml -o out GRID --rtol 1e-30 => rtol = 1e-30: must be
+sweep scene.toml -o out --vary granules=2000000 => chain.granules; must be at most 1,000,000 in a sweep
 sweep scene.toml -o out GRID --time-limit '-1 s' => --time-limit = '-1 s'
 sweep scene.toml -o out GRID --backend native --backend native => and none twice
 sweep scene.toml -o out GRID --scheduler abc => the scheduler 'abc' cannot be
