@@ -153,7 +153,7 @@ def test_the_command_line_says_that_it_compiles(
     with pytest.raises(SystemExit):
         main()
     out, err = capsys.readouterr()
-    assert re.fullmatch(r"hertzchain: compiling kernels for this kind of scene \(first .+\)\n", err)
+    assert re.fullmatch(r"hertzchain: compiling kernels for this kind of scene \(once .+\)\n", err)
     assert "compil" not in out
 
 
