@@ -142,12 +142,14 @@ def test_forces_and_motion(kind: str, name: str, engine: str) -> None:
 )
 def test_pulses_gauges_and_waves(kind: str, name: str, engine: str) -> None:
     granules = SCENES[kind][name].chain.granules
-    gauges = tuple(hc.Gauge(granule=number) for number in sorted({granules // 2 + 1, granules}))
-    result = run_of(kind, name, engine, gauges)
+    places = sorted({granules // 2 + 1, granules})
+    result = run_of(kind, name, engine, tuple(hc.Gauge(granule=number) for number in places))
     first = [*judge.of_first_pulses(result)]
     wave = [*judge.of_wave(result, 3, max(4, granules - 4))]
-    judged(iter(first), judge.of_gauges(result), iter(wave))
-    if (kind, name, engine) in PULSES:  # most pulses are clear, and bounds are not too wide
+    is_quick, gauges = (kind, name, engine) in PULSES, [*judge.of_gauges(result)]
+    if is_quick or first or gauges:  # elsewhere all may meet their reflections
+        judged(iter(first), iter(gauges), iter(wave))
+    if is_quick:  # most pulses are clear, and bounds are not too wide
         pulses = result.first_pulses.force[: len(result.contact)]
         assert len(first) >= 2 * np.count_nonzero(np.isfinite(pulses))
         assert wave or (kind, name) not in WITH_WAVE
@@ -155,6 +157,6 @@ def test_pulses_gauges_and_waves(kind: str, name: str, engine: str) -> None:
             largest = max(share for name, share in first if name.startswith(what))
             assert largest > SHARPEST.get(engine, -1.0), what
     # Bounds of all pulses by LAMMPS are estimates, as docs/scenes.md says.
-    is_left_out = (kind, name, engine) in PULSES or engine.startswith("LAMMPS")
+    is_left_out = is_quick or engine.startswith("LAMMPS")
     if (kind, name) in TRAINS or not is_left_out:
         judged(judge.of_trains(result))
