@@ -364,7 +364,7 @@ class Prober:
         """
         if not any(fix.is_wall for fix in self.lammps.alive.values()):
             return ()
-        walls = [_Wall(self, at_end).found(gap, time) for at_end in (False, True)]
+        walls = [_Wall(self, at_end).measured(gap, time) for at_end in (False, True)]
         return tuple(wall for wall in walls if wall is not None)
 
 
@@ -400,7 +400,7 @@ class _Wall:
         box = granules.high[0] - self._start if self._at_end else self._start - granules.low[0]
         return min(farthest, 0.999 * float(box)) if box > 0 else 0.0
 
-    def found(self, gap: float, time: float) -> FoundWall | None:
+    def measured(self, gap: float, time: float) -> FoundWall | None:
         """The wall, or None if the granule meets none."""
         onset = self._onset(self._limit(gap), gap - self._radius)
         if onset is None:

@@ -115,7 +115,7 @@ class Interpreter:
         self._files: list[_Open] = []
         self._skips_jump = self._ran = False
         self.commands: list[Executed] = []
-        self.here: Executed | None = None
+        self.executing: Executed | None = None
 
     def play(self) -> None:
         """Carry out the deck, up to its end."""
@@ -128,12 +128,12 @@ class Interpreter:
         except Ended:
             return
         except HertzchainError as problem:
-            if self.here is None or str(problem).startswith(f"{self.here.file}:"):
+            if self.executing is None or str(problem).startswith(f"{self.executing.file}:"):
                 raise
-            to_blame = self._variable_in(str(problem)) or self.here
+            to_blame = self._variable_in(str(problem)) or self.executing
             place = f"{to_blame.file}:{to_blame.line}"
             said = str(problem)
-            if self.here.text.startswith("minimize"):  # which takes no steps in time
+            if self.executing.text.startswith("minimize"):  # which takes no steps in time
                 said = said.split("; the step is too long", maxsplit=1)[0]
             raise type(problem)(f"{place}: {said}") from None
 
@@ -166,7 +166,7 @@ class Interpreter:
         text = without_comment(text)
         if not text:
             return
-        self.here = where
+        self.executing = where
         if self._source.tells:  # not more characters than a message may have
             os.write(2, f"{where.file}:{where.line}: {shown(text)[:200]}\n".encode())
         if len(self.commands) >= _MOST_COMMANDS:
