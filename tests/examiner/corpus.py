@@ -53,9 +53,6 @@ MISTAKES = {
     for name, (deck, check, line, *changes) in _PLANTED["one"].items()
 }
 
-DEFECTS: list[str] = _PLANTED["defects"]
-"""Mistakes with which ``examine`` does something wrong."""
-
 UNFIXED: list[str] = _PLANTED["unfixed"]
 """Mistakes that are found, but that no proven correction makes right."""
 

@@ -14,7 +14,6 @@ import hertzchain as hc
 from tests.engines.lammps.reading.chains import SCENE, Deck
 from tests.examiner.corpus import (
     DECKS,
-    DEFECTS,
     HARMLESS,
     MISTAKES,
     PAIRS,
@@ -37,14 +36,8 @@ between steps, which lie elsewhere in a corrected run."""
 
 
 def each(names: Sequence[str]) -> list[ParameterSet]:
-    """Names with their marks: a defect that is removed fails here, and leaves the list."""
-    return [
-        pytest.param(
-            name, marks=[*[pytest.mark.slow] * (name not in QUICK),
-                         *[pytest.mark.xfail(strict=True)] * (name in DEFECTS)]
-        )
-        for name in names
-    ]  # fmt: skip
+    """Names with their marks: all but a few are slow."""
+    return [pytest.param(name, marks=[pytest.mark.slow] * (name not in QUICK)) for name in names]
 
 
 @pytest.mark.parametrize("name", each([*DECKS]))
